@@ -1,0 +1,86 @@
+//! Information matrices Ω = Σ⁻¹ of SE(2) measurements: 3×3, order (x, y, θ), in the frame of the measurement.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::Vec2;
+
+/// A symmetric positive semi-definite 3×3 information matrix, with U such that UᵀU = Ω.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Information {
+    matrix: Matrix3<f64>,
+}
+
+impl Information {
+    /// Checks that `matrix` is finite, symmetric (to 1e-6 of its largest entry) and positive definite.
+    ///
+    /// # Errors
+    /// One sentence that says what is wrong, without a place.
+    pub fn new(matrix: Matrix3<f64>) -> Result<Self, String> {
+        if !matrix.iter().all(|v| v.is_finite()) {
+            return Err(
+                "information matrix: found a value that is not finite, expected finite numbers".into()
+            );
+        }
+        if (matrix - matrix.transpose()).amax() > 1e-6 * matrix.amax() {
+            return Err("information matrix: found an asymmetric matrix, expected a symmetric one".into());
+        }
+        let symmetric = (matrix + matrix.transpose()) / 2.0;
+        if symmetric.cholesky().is_none() {
+            return Err("information matrix: found one that is not positive definite, expected a positive definite one".into());
+        }
+        Ok(Information { matrix: symmetric })
+    }
+
+    /// Diagonal information from standard deviations (metres, metres, radians), all > 0.
+    pub fn from_sigmas(sigma_x_m: f64, sigma_y_m: f64, sigma_theta_rad: f64) -> Self {
+        let d = Vector3::new(sigma_x_m, sigma_y_m, sigma_theta_rad).map(|s| 1.0 / (s * s));
+        Information { matrix: Matrix3::from_diagonal(&d) }
+    }
+
+    /// From a covariance.
+    ///
+    /// # Errors
+    /// As [`Information::new`]; also if the covariance cannot be inverted.
+    pub fn from_covariance(covariance: Matrix3<f64>) -> Result<Self, String> {
+        match covariance.cholesky() {
+            Some(c) => Information::new(c.inverse()),
+            None => {
+                Err("covariance: found one that is not positive definite, expected a positive definite one"
+                    .into())
+            }
+        }
+    }
+
+    /// Ω.
+    pub fn matrix(&self) -> Matrix3<f64> {
+        self.matrix
+    }
+
+    /// Σ = Ω⁻¹.
+    pub fn covariance(&self) -> Matrix3<f64> {
+        self.matrix.cholesky().map_or_else(Matrix3::zeros, |c| c.inverse())
+    }
+
+    /// Upper triangular U with **UᵀU = Ω**: the whitened residual is U·e.
+    pub fn sqrt(&self) -> Matrix3<f64> {
+        self.matrix.cholesky().map_or_else(Matrix3::zeros, |c| c.l().transpose())
+    }
+
+    /// Ω for the same measurement with its translation axes turned by `angle_rad`: R Ω Rᵀ.
+    pub fn rotated(&self, angle_rad: f64) -> Self {
+        let (s, c) = angle_rad.sin_cos();
+        let r = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+        Information { matrix: r * self.matrix * r.transpose() }
+    }
+
+    /// eᵀΩe.
+    pub fn chi2(&self, translation_error: Vec2, angle_error_rad: f64) -> f64 {
+        let e = Vector3::new(translation_error.x, translation_error.y, angle_error_rad);
+        (e.transpose() * self.matrix * e)[0]
+    }
+}
+
+/// Isotropic variances of a covariance: (mean of the two translation variances in m², angle variance in rad²).
+pub fn isotropic_variances(covariance: &Matrix3<f64>) -> (f64, f64) {
+    ((covariance[(0, 0)] + covariance[(1, 1)]) / 2.0, covariance[(2, 2)])
+}

@@ -1,0 +1,14 @@
+//! Numbers only: angles, SE(2) poses, line segments, covariances. Knows nothing of maps.
+
+mod angle;
+mod information;
+mod pose2;
+mod segment;
+
+pub use angle::{angle_diff, wrap_angle};
+pub use information::{Information, isotropic_variances};
+pub use pose2::Pose2;
+pub use segment::Segment;
+
+/// A point or vector in the plane, metres.
+pub type Vec2 = nalgebra::Vector2<f64>;

@@ -1,0 +1,3 @@
+//! Reading and writing: one file per format.
+
+pub mod atomic;

@@ -1,0 +1,17 @@
+//! Repairs bent 2D lidar maps with a person's help.
+//!
+//! An implementation of *Human-in-the-Loop SLAM* (Nashed & Biswas, AAAI 2018). The modules follow the pipeline:
+//!
+//! [`io`] reads a log or map → [`front_end`] makes the pose chain → [`map`] is the factor graph →
+//! [`interpret`] finds out what two strokes meant (EM) → [`explicit`] moves the map as they say →
+//! [`copslam`] spreads the jump over the loop → [`joint`] optimises poses and human factors together →
+//! [`metrics`] and [`render`] show what came out. [`pipeline`] is the whole of it in one call.
+//!
+//! Metres, radians, seconds; tangent order (x, y, θ). Conventions: `docs/CONVENTIONS.md`; formulas: `docs/MATH.md`.
+
+#![deny(missing_docs, unsafe_code)]
+
+pub mod error;
+pub mod geometry;
+pub mod io;
+pub mod map;

@@ -1,0 +1,58 @@
+//! What a correction leaves in the map for ever: h = ⟨P_a, P_b, S_a, S_b, X_a, X_b, m⟩ (Definition 1 of the paper).
+
+use super::Mode;
+use crate::geometry::Segment;
+
+/// A human correction factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HumanFactor {
+    /// The correction's name.
+    pub id: String,
+    /// How the features relate.
+    pub mode: Mode,
+    /// Multiplies the factor's cost; > 0.
+    pub weight: f64,
+    /// The feature seen earlier along the chain.
+    pub a: Feature,
+    /// The feature seen later.
+    pub b: Feature,
+}
+
+/// One side of a human factor: a segment P, the observations S that lie on it and the poses X they were made from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Feature {
+    /// P: world frame, as last optimised.
+    pub segment: Segment,
+    /// S: indices into [`super::Observations`], ascending. Never changes once made.
+    pub points: Vec<u32>,
+    /// X: one entry per pose that S was seen from, ascending by pose.
+    pub sightings: Vec<Sighting>,
+}
+
+/// How one pose of X saw the feature when the correction was made. Both references are measured once and
+/// never again: measuring them anew at every solve lets old corrections slip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sighting {
+    /// Index of the pose.
+    pub pose: usize,
+    /// Coordinate of the pose's selected points' mean along the segment, from its centre, metres.
+    pub along_m: f64,
+    /// Direction of the segment seen from the robot: `direction − heading`, radians in (−π, π].
+    pub bearing_rad: f64,
+}
+
+impl Feature {
+    /// The sightings with each one's own slice of `points`.
+    pub fn points_by_sighting<'a>(
+        &'a self,
+        observations: &'a super::Observations,
+    ) -> impl Iterator<Item = (&'a Sighting, &'a [u32])> {
+        let mut rest = &self.points[..];
+        self.sightings.iter().map(move |sighting| {
+            let end = observations.range(sighting.pose).end as u32;
+            let (mine, others) = rest.split_at(rest.partition_point(|&p| p < end));
+            rest = others;
+            (sighting, mine)
+        })
+    }
+}

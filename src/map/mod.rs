@@ -1,0 +1,15 @@
+//! The domain model, plain data: a pose graph with what the laser saw, and what people said about it.
+
+mod correction;
+mod human_factor;
+mod log;
+mod observations;
+mod slam_map;
+mod trajectory;
+
+pub use correction::{Correction, Mode, Stroke};
+pub use human_factor::{Feature, HumanFactor, Sighting};
+pub use log::{LogScan, RawLog};
+pub use observations::Observations;
+pub use slam_map::{RelativeFactor, ScanRecord, SlamMap};
+pub use trajectory::Trajectory;
