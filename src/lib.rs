@@ -11,7 +11,13 @@
 
 #![deny(missing_docs, unsafe_code)]
 
+pub mod copslam;
 pub mod error;
+pub mod explicit;
 pub mod geometry;
+pub mod interpret;
 pub mod io;
+pub mod joint;
 pub mod map;
+pub mod pipeline;
+pub mod solver;

@@ -3,11 +3,13 @@
 mod angle;
 mod information;
 mod pose2;
+mod scatter;
 mod segment;
 
 pub use angle::{angle_diff, wrap_angle};
 pub use information::{Information, isotropic_variances};
 pub use pose2::Pose2;
+pub use scatter::{Scatter, principal_direction};
 pub use segment::Segment;
 
 /// A point or vector in the plane, metres.

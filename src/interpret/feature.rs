@@ -1,0 +1,142 @@
+//! From a fitted stroke to a feature: S, X and the references that keep it in place.
+
+use super::Options;
+use super::em::{self, Candidate, Fit, REACH_SIGMAS};
+use crate::geometry::{Pose2, Segment, Vec2, angle_diff};
+use crate::map::{Feature, Observations, Sighting};
+
+/// How far each pose sees, metres: lets a stroke skip poses that cannot have points near it.
+#[derive(Debug, Clone)]
+pub struct Reach {
+    reach_m: Vec<f64>,
+    min_points: usize,
+}
+
+impl Reach {
+    /// Measures a map's observations once.
+    pub fn new(observations: &Observations) -> Self {
+        let poses = observations.starts.len().saturating_sub(1);
+        let furthest = |pose: usize| {
+            observations
+                .range(pose)
+                .map(|p| observations.point(p).norm_squared())
+                .fold(0.0_f64, f64::max)
+                .sqrt()
+        };
+        let mut counts: Vec<usize> =
+            (0..poses).map(|p| observations.range(p).len()).filter(|&count| count > 0).collect();
+        counts.sort_unstable();
+        let median = counts.get(counts.len() / 2).copied().unwrap_or(0);
+        Reach { reach_m: (0..poses).map(furthest).collect(), min_points: default_min_points(median) }
+    }
+
+    /// T_p that follows from the scans' density.
+    pub fn min_points(&self) -> usize {
+        self.min_points
+    }
+}
+
+/// T_p: the paper's 6 at about one return each half degree (360 a scan), in proportion, between 3 and 12.
+fn default_min_points(median_points_per_pose: usize) -> usize {
+    ((6 * median_points_per_pose + 180) / 360).clamp(3, 12)
+}
+
+/// What a stroke caught.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Caught {
+    /// The wall it was snapped to.
+    pub fit: Fit,
+    /// S: observation indices, ascending.
+    pub points: Vec<u32>,
+    /// X with the number of points of S that each pose saw, ascending.
+    pub poses: Vec<(usize, usize)>,
+}
+
+/// Reads one stroke given by its ends in the world frame.
+///
+/// # Errors
+/// The reason, for a person, why the stroke catches nothing.
+pub fn catch(
+    observations: &Observations,
+    poses: &[Pose2],
+    reach: &Reach,
+    ends: [Vec2; 2],
+    options: &Options,
+) -> Result<Caught, String> {
+    let drawn = Segment::from_ends(ends[0], ends[1]);
+    let min_points = options.min_points.unwrap_or(reach.min_points);
+    let candidates = candidates(observations, poses, reach, &drawn, REACH_SIGMAS * options.drawing_sigma_m);
+    let Some(fit) = em::fit(&drawn, &candidates, options) else {
+        return Err(format!("no wall within {:.2} m of it", 3.0 * options.drawing_sigma_m));
+    };
+    let selected: Vec<&Candidate> = em::select(&fit.segment, &candidates, options.drawing_sigma_m).collect();
+    let mut points = Vec::new();
+    let mut seen_from = Vec::new();
+    for group in selected.chunk_by(|a, b| a.pose == b.pose).filter(|group| group.len() >= min_points) {
+        seen_from.push((group[0].pose, group.len()));
+        points.extend(group.iter().map(|c| c.index));
+    }
+    if points.is_empty() {
+        let message =
+            format!("too few points: {} caught, none of its poses saw {min_points} of them", selected.len());
+        return Err(message);
+    }
+    Ok(Caught { fit, points, poses: seen_from })
+}
+
+/// Points within `margin_m` of the stroke's box, in the order of the map.
+fn candidates(
+    observations: &Observations,
+    poses: &[Pose2],
+    reach: &Reach,
+    drawn: &Segment,
+    margin_m: f64,
+) -> Vec<Candidate> {
+    let mut found = Vec::new();
+    for (pose, &world_from_robot) in poses.iter().enumerate() {
+        let to_centre = (drawn.centre - world_from_robot.translation()).norm();
+        if to_centre > reach.reach_m[pose] + drawn.half_length_m + margin_m {
+            continue;
+        }
+        let in_robot = drawn.transformed(world_from_robot.inverse());
+        let (direction, normal) = (in_robot.direction(), in_robot.normal());
+        let (along0, across0) = (in_robot.centre.dot(&direction), in_robot.centre.dot(&normal));
+        for index in observations.range(pose) {
+            let p = observations.point(index);
+            let near = (p.dot(&normal) - across0).abs() <= margin_m
+                && (p.dot(&direction) - along0).abs() <= drawn.half_length_m + margin_m;
+            if near {
+                found.push(Candidate {
+                    index: index as u32,
+                    pose,
+                    point: world_from_robot.transform_point(p),
+                    normal: world_from_robot.rotate(observations.normal(index)),
+                });
+            }
+        }
+    }
+    found
+}
+
+/// The feature as it enters the map: `segment` is the fitted one, its direction already aligned with its partner's.
+pub fn make_feature(
+    segment: Segment,
+    caught: &Caught,
+    observations: &Observations,
+    poses: &[Pose2],
+) -> Feature {
+    let mut feature = Feature { segment, points: caught.points.clone(), sightings: Vec::new() };
+    let mut rest = &caught.points[..];
+    for &(pose, count) in &caught.poses {
+        let (mine, others) = rest.split_at(count);
+        rest = others;
+        let mean = mine.iter().map(|&p| observations.point(p as usize)).sum::<Vec2>() / count as f64;
+        let world_from_robot = poses[pose];
+        feature.sightings.push(Sighting {
+            pose,
+            along_m: segment.along_across(world_from_robot.transform_point(mean)).0,
+            bearing_rad: angle_diff(segment.direction_rad, world_from_robot.theta_rad),
+        });
+    }
+    feature
+}

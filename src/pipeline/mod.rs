@@ -1,0 +1,239 @@
+//! The main job: one correction after the other, each in the paper's five stages.
+//!
+//! [`crate::interpret`] (EM, then order) → [`crate::explicit`] → [`crate::copslam`] → [`crate::joint`].
+//! A correction that cannot be applied is rejected with its reason and leaves the map as it was.
+
+mod report;
+
+pub use report::{CorrectionReport, Stroke, Timings};
+
+use std::time::Instant;
+
+use crate::copslam;
+use crate::error::Result;
+use crate::explicit;
+use crate::geometry::{Pose2, Segment, Vec2, angle_diff};
+use crate::interpret::{self, Caught, Reach, Split};
+use crate::joint;
+use crate::map::{Correction, Feature, HumanFactor, Mode, SlamMap};
+
+/// A jump is spread over at least this many edges, widening the gap into X_a and X_b if need be.
+const MIN_GAP_EDGES: usize = 10;
+
+/// Tunables of the whole pipeline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Stages 1 and 2.
+    pub interpret: interpret::Options,
+    /// Stage 5.
+    pub joint: joint::Options,
+    /// Stages 3 and 4; off: the solver starts from the map as it stands.
+    pub initial_guess: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { interpret: Default::default(), joint: Default::default(), initial_guess: true }
+    }
+}
+
+/// A map under correction.
+#[derive(Debug, Clone)]
+pub struct Corrector {
+    map: SlamMap,
+    options: Options,
+    reach: Reach,
+    chain_variances: Vec<(f64, f64)>,
+}
+
+impl Corrector {
+    /// Takes a map.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Input`] for options out of range or a map that cannot be corrected (no points).
+    pub fn new(map: SlamMap, options: Options) -> Result<Self> {
+        options.interpret.validate()?;
+        options.joint.validate()?;
+        map.validate("map")?;
+        if map.observations.is_empty() {
+            let message = "found none, expected laser points for the strokes to catch";
+            return Err(crate::error::Error::input("map: points", message));
+        }
+        let reach = Reach::new(&map.observations);
+        let chain_variances = copslam::chain_variances(&map);
+        Ok(Corrector { map, options, reach, chain_variances })
+    }
+
+    /// The map as it stands.
+    pub fn map(&self) -> &SlamMap {
+        &self.map
+    }
+
+    /// T_p in use.
+    pub fn min_points(&self) -> usize {
+        self.options.interpret.min_points.unwrap_or(self.reach.min_points())
+    }
+
+    /// The map, handed back.
+    pub fn into_map(self) -> SlamMap {
+        self.map
+    }
+
+    /// Stage 1 alone: what both strokes of a correction catch on the map as it stands.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Input`] for a stroke that names a pose or stamp that the map does not have.
+    pub fn interpret(
+        &self,
+        correction: &Correction,
+    ) -> Result<(Vec<Stroke>, std::result::Result<[Caught; 2], String>)> {
+        let mut strokes = Vec::with_capacity(2);
+        let mut caught = Vec::with_capacity(2);
+        for (name, stroke) in [("a", &correction.a), ("b", &correction.b)] {
+            let ends = interpret::in_world(&self.map, &self.map.poses, stroke)?;
+            let reading = interpret::catch(
+                &self.map.observations,
+                &self.map.poses,
+                &self.reach,
+                ends,
+                &self.options.interpret,
+            );
+            strokes.push(Stroke { name, drawn: ends, caught: reading.as_ref().ok().cloned() });
+            caught.push(reading.map_err(|reason| format!("stroke {name}: {reason}")));
+        }
+        let second = caught.pop();
+        let first = caught.pop();
+        let both = match (first, second) {
+            (Some(Ok(a)), Some(Ok(b))) => Ok([a, b]),
+            (Some(Err(reason)), _) | (_, Some(Err(reason))) => Err(reason),
+            _ => Err("no strokes".into()),
+        };
+        Ok((strokes, both))
+    }
+
+    /// Applies one correction; the report says whether it was accepted.
+    ///
+    /// # Errors
+    /// As [`Corrector::interpret`]; a correction that is merely not applicable is no error.
+    pub fn apply(&mut self, correction: &Correction) -> Result<CorrectionReport> {
+        let start = Instant::now();
+        let (strokes, caught) = self.interpret(correction)?;
+        let mut report = CorrectionReport::new(correction, strokes);
+        report.timings.interpret_ms = milliseconds(start);
+        let [a, b] = match caught {
+            Ok(both) => both,
+            Err(reason) => return Ok(report.rejected(reason)),
+        };
+        let split = interpret::split(&a, &b);
+        let (a, b) = if split.swapped { (b, a) } else { (a, b) };
+        let Some(factor) = self.factor(correction, &a, &b) else {
+            return Ok(report.rejected(ambiguous(correction.mode)));
+        };
+        report.caught(&factor, split.swapped);
+        report.before(&factor);
+
+        let mut poses = self.map.poses.clone();
+        if self.options.initial_guess {
+            self.guess(&factor, split, &mut poses, &mut report);
+        }
+        let stage = Instant::now();
+        let mut factors = self.map.human_factors.clone();
+        factors.push(factor);
+        let solve = joint::optimize(&self.map, &mut poses, &mut factors, &self.options.joint)?;
+        report.timings.optimize_ms = milliseconds(stage);
+        report.solved(&solve);
+        if !solve.final_cost.is_finite() || poses.iter().any(|p| !p.is_finite()) {
+            return Ok(report.rejected("the joint optimisation did not give finite numbers".into()));
+        }
+        if let Some(factor) = factors.last() {
+            report.after(factor, factor_chi2(&self.map, &poses, factor, &self.options.joint));
+        }
+        self.map.poses = poses;
+        self.map.human_factors = factors;
+        report.timings.total_ms = milliseconds(start);
+        Ok(report)
+    }
+
+    /// The human factor, directions aligned so that sin Δφ (cos Δφ) has its zero in reach; `None`: ambiguous.
+    fn factor(&self, correction: &Correction, a: &Caught, b: &Caught) -> Option<HumanFactor> {
+        let (segment_a, mut segment_b) = (a.fit.segment, b.fit.segment);
+        explicit::rotation(correction.mode, &segment_a, &segment_b)?;
+        if angle_diff(segment_b.direction_rad, segment_a.direction_rad).abs() > std::f64::consts::FRAC_PI_2 {
+            segment_b = Segment::from_ends(segment_b.ends()[1], segment_b.ends()[0]);
+        }
+        let feature = |segment, caught| {
+            interpret::make_feature(segment, caught, &self.map.observations, &self.map.poses)
+        };
+        Some(HumanFactor {
+            id: correction.id.clone(),
+            mode: correction.mode,
+            weight: correction.weight,
+            a: feature(segment_a, a),
+            b: feature(segment_b, b),
+        })
+    }
+
+    /// Stages 3 and 4: moves X_b and all that follows, then bends the gap. Skipped where there is no gap to bend
+    /// (all support on one side) or where a held pose would have to move: the solver alone does those.
+    fn guess(&self, factor: &HumanFactor, split: Split, poses: &mut [Pose2], report: &mut CorrectionReport) {
+        let (Some(last_of_a), Some(first_of_b)) = (split.last_of_a, split.first_of_b) else { return };
+        let (last_of_a, first_of_b) = widen(last_of_a, first_of_b, poses.len());
+        if self.map.held.iter().any(|&pose| pose > last_of_a) {
+            return;
+        }
+        let stage = Instant::now();
+        let pivot = mean_point(&factor.b, &self.map, poses);
+        let Some(corrected_from_world) =
+            explicit::correction(factor.mode, &factor.a.segment, &factor.b.segment, pivot)
+        else {
+            return;
+        };
+        let gap_end = poses[first_of_b];
+        for pose in &mut poses[first_of_b..] {
+            *pose = corrected_from_world.compose(*pose);
+        }
+        report.timings.explicit_ms = milliseconds(stage);
+        let stage = Instant::now();
+        let target = std::mem::replace(&mut poses[first_of_b], gap_end);
+        let gap = last_of_a..first_of_b;
+        copslam::distribute(&mut poses[gap.start..=gap.end], &self.chain_variances[gap], target);
+        report.timings.copslam_ms = milliseconds(stage);
+    }
+}
+
+/// A gap of at least [`MIN_GAP_EDGES`], grown on both sides as far as the chain goes.
+fn widen(last_of_a: usize, first_of_b: usize, poses: usize) -> (usize, usize) {
+    let missing = MIN_GAP_EDGES.saturating_sub(first_of_b - last_of_a);
+    let start = last_of_a.saturating_sub(missing.div_ceil(2));
+    let end = (first_of_b + missing / 2).min(poses - 1);
+    (start, end)
+}
+
+/// Mean of a feature's points at `poses`, world frame.
+fn mean_point(feature: &Feature, map: &SlamMap, poses: &[Pose2]) -> Vec2 {
+    let sum: Vec2 = feature
+        .points_by_sighting(&map.observations)
+        .flat_map(|(sighting, points)| points.iter().map(move |&p| (sighting.pose, p)))
+        .map(|(pose, p)| poses[pose].transform_point(map.observations.point(p as usize)))
+        .sum();
+    sum / feature.points.len() as f64
+}
+
+/// Σ‖r‖² of one factor's terms R2–R4: no ½, no loss.
+fn factor_chi2(map: &SlamMap, poses: &[Pose2], factor: &HumanFactor, options: &joint::Options) -> f64 {
+    let mut alone = joint::build(map, poses, std::slice::from_ref(factor), options);
+    alone.relatives.clear();
+    alone.chi2()
+}
+
+fn ambiguous(mode: Mode) -> String {
+    let question = match mode {
+        Mode::Perpendicular => "the strokes are nearly parallel, so that they could turn either way",
+        _ => "the strokes are nearly at a right angle, so that they could turn either way",
+    };
+    format!("ambiguous: {question}")
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}

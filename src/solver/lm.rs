@@ -1,0 +1,104 @@
+//! Levenberg–Marquardt, as prose: a step counts only if the true cost falls.
+
+use super::normal_equations::NormalEquations;
+use super::{Block, Iteration, Options, Problem, Report, Termination, cost};
+use crate::error::Result;
+
+/// λ below which the step is Gauss–Newton for all that doubles can tell.
+const NEGLIGIBLE_DAMPING: f64 = 1e-15;
+/// λ above which the step is so short that more damping cannot help.
+const HOPELESS_DAMPING: f64 = 1e12;
+
+/// Minimises the problem from `x`; `held` (ascending) are blocks that must not move.
+/// `x` holds the best point found, whatever the termination.
+///
+/// # Errors
+/// [`crate::error::Error::Internal`] if the sparsity pattern cannot be analysed.
+pub fn minimize(
+    problem: &dyn Problem,
+    x: &mut Vec<Block>,
+    held: &[usize],
+    options: &Options,
+) -> Result<Report> {
+    let initial_cost = cost(problem, x);
+    let mut report = Report {
+        initial_cost,
+        final_cost: initial_cost,
+        iterations: Vec::new(),
+        termination: Termination::NotFinite,
+    };
+    if !initial_cost.is_finite() {
+        return Ok(report);
+    }
+    if problem.terms() == 0 || held.len() >= x.len() {
+        report.termination = Termination::NothingToOptimize;
+        return Ok(report);
+    }
+    let mut equations = NormalEquations::new(problem, x.len(), held)?;
+    let mut damping = options.initial_damping;
+    report.termination = loop {
+        if report.accepted_steps() >= options.max_iterations {
+            break Termination::MaxIterations;
+        }
+        equations.assemble(problem, x);
+        match descend(problem, x, &mut equations, &mut damping, options, &mut report) {
+            Some(termination) => break termination,
+            None => continue,
+        }
+    };
+    Ok(report)
+}
+
+/// Tries steps of growing damping until one lowers the cost; `Some` when it is time to stop.
+fn descend(
+    problem: &dyn Problem,
+    x: &mut Vec<Block>,
+    equations: &mut NormalEquations,
+    damping: &mut f64,
+    options: &Options,
+    report: &mut Report,
+) -> Option<Termination> {
+    let gradient_max = equations.gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+    loop {
+        let Some(delta) = equations.step(*damping) else {
+            *damping = raised(*damping);
+            if *damping > HOPELESS_DAMPING {
+                return Some(Termination::NoProgress);
+            }
+            continue;
+        };
+        let step_max = delta.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        // Of the linear model, at negligible damping: ½ δᵀ(−g).
+        let promised = -0.5 * delta.iter().zip(&equations.gradient).map(|(d, g)| d * g).sum::<f64>();
+        let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
+        if rounding || step_max <= options.step {
+            return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
+        }
+        let candidate = equations.moved(x, &delta);
+        let candidate_cost = cost(problem, &candidate);
+        let accepted = candidate_cost < report.final_cost;
+        if accepted {
+            *x = candidate;
+            report.final_cost = candidate_cost;
+        }
+        report.iterations.push(Iteration {
+            cost: report.final_cost,
+            gradient_max,
+            step_max,
+            damping: *damping,
+            accepted,
+        });
+        if accepted {
+            *damping = (*damping / 10.0).max(NEGLIGIBLE_DAMPING);
+            return None;
+        }
+        *damping = raised(*damping);
+        if *damping > HOPELESS_DAMPING {
+            return Some(Termination::NoProgress);
+        }
+    }
+}
+
+fn raised(damping: f64) -> f64 {
+    (10.0 * damping).max(1e-6)
+}
