@@ -1,0 +1,8 @@
+//! All integration tests, one binary.
+
+/// Laws of the numbers: SE(2), angles, scatter.
+mod laws;
+/// What the source tree may look like: layers, file lengths, words that must not occur.
+mod layering;
+/// Each stage of the pipeline by itself.
+mod stages;

@@ -1,0 +1,4 @@
+mod copslam;
+mod explicit;
+mod interpret;
+pub mod random;
