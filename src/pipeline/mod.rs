@@ -79,59 +79,65 @@ impl Corrector {
         self.map
     }
 
-    /// Stage 1 alone: what both strokes of a correction catch on the map as it stands.
+    /// Stages 1 and 2 alone: what a correction would do, on the map as it stands.
     ///
     /// # Errors
     /// [`crate::error::Error::Input`] for a stroke that names a pose or stamp that the map does not have.
-    pub fn interpret(
+    pub fn preview(&self, correction: &Correction) -> Result<CorrectionReport> {
+        Ok(self.understand(correction)?.0)
+    }
+
+    /// Stages 1 and 2; no factor if the correction is disabled or cannot be applied, and the report says why.
+    fn understand(
         &self,
         correction: &Correction,
-    ) -> Result<(Vec<Stroke>, std::result::Result<[Caught; 2], String>)> {
-        let mut strokes = Vec::with_capacity(2);
+    ) -> Result<(CorrectionReport, Option<(HumanFactor, Split)>)> {
+        let start = Instant::now();
+        let mut report = CorrectionReport::new(correction);
+        if !correction.enabled {
+            report.refuse("disabled".into());
+            return Ok((report, None));
+        }
         let mut caught = Vec::with_capacity(2);
         for (name, stroke) in [("a", &correction.a), ("b", &correction.b)] {
-            let ends = interpret::in_world(&self.map, &self.map.poses, stroke)?;
+            let drawn = interpret::in_world(&self.map, &self.map.poses, stroke)?;
             let reading = interpret::catch(
                 &self.map.observations,
                 &self.map.poses,
                 &self.reach,
-                ends,
+                drawn,
                 &self.options.interpret,
             );
-            strokes.push(Stroke { name, drawn: ends, caught: reading.as_ref().ok().cloned() });
-            caught.push(reading.map_err(|reason| format!("stroke {name}: {reason}")));
+            report.strokes.push(Stroke { name, drawn, caught: reading.as_ref().ok().cloned() });
+            match reading {
+                Ok(reading) => caught.push(reading),
+                Err(reason) => report.refuse(format!("stroke {name}: {reason}")),
+            }
         }
-        let second = caught.pop();
-        let first = caught.pop();
-        let both = match (first, second) {
-            (Some(Ok(a)), Some(Ok(b))) => Ok([a, b]),
-            (Some(Err(reason)), _) | (_, Some(Err(reason))) => Err(reason),
-            _ => Err("no strokes".into()),
+        report.timings.interpret_ms = milliseconds(start);
+        report.timings.total_ms = report.timings.interpret_ms;
+        let [a, b] = &caught[..] else { return Ok((report, None)) };
+        let split = interpret::split(a, b);
+        let (a, b) = if split.swapped { (b, a) } else { (a, b) };
+        let Some(factor) = self.factor(correction, a, b) else {
+            report.refuse(ambiguous(correction.mode));
+            return Ok((report, None));
         };
-        Ok((strokes, both))
+        report.caught(&factor, split.swapped);
+        report.before(&factor);
+        report.timings.interpret_ms = milliseconds(start);
+        report.timings.total_ms = report.timings.interpret_ms;
+        Ok((report, Some((factor, split))))
     }
 
     /// Applies one correction; the report says whether it was accepted.
     ///
     /// # Errors
-    /// As [`Corrector::interpret`]; a correction that is merely not applicable is no error.
+    /// As [`Corrector::preview`]; a correction that is merely not applicable is no error.
     pub fn apply(&mut self, correction: &Correction) -> Result<CorrectionReport> {
         let start = Instant::now();
-        let (strokes, caught) = self.interpret(correction)?;
-        let mut report = CorrectionReport::new(correction, strokes);
-        report.timings.interpret_ms = milliseconds(start);
-        let [a, b] = match caught {
-            Ok(both) => both,
-            Err(reason) => return Ok(report.rejected(reason)),
-        };
-        let split = interpret::split(&a, &b);
-        let (a, b) = if split.swapped { (b, a) } else { (a, b) };
-        let Some(factor) = self.factor(correction, &a, &b) else {
-            return Ok(report.rejected(ambiguous(correction.mode)));
-        };
-        report.caught(&factor, split.swapped);
-        report.before(&factor);
-
+        let (mut report, understood) = self.understand(correction)?;
+        let Some((factor, split)) = understood else { return Ok(report) };
         let mut poses = self.map.poses.clone();
         if self.options.initial_guess {
             self.guess(&factor, split, &mut poses, &mut report);
@@ -143,7 +149,8 @@ impl Corrector {
         report.timings.optimize_ms = milliseconds(stage);
         report.solved(&solve);
         if !solve.final_cost.is_finite() || poses.iter().any(|p| !p.is_finite()) {
-            return Ok(report.rejected("the joint optimisation did not give finite numbers".into()));
+            report.refuse("the joint optimisation did not give finite numbers".into());
+            return Ok(report);
         }
         if let Some(factor) = factors.last() {
             report.after(factor, factor_chi2(&self.map, &poses, factor, &self.options.joint));

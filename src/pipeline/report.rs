@@ -38,6 +38,8 @@ pub struct CorrectionReport {
     pub id: String,
     /// Its mode.
     pub mode: Mode,
+    /// False: switched off in the file, and skipped.
+    pub enabled: bool,
     /// Why it was not applied; `None`: it was.
     pub rejection: Option<String>,
     /// The strokes, in the order of the correction.
@@ -61,12 +63,13 @@ pub struct CorrectionReport {
 }
 
 impl CorrectionReport {
-    pub(super) fn new(correction: &Correction, strokes: Vec<Stroke>) -> Self {
+    pub(super) fn new(correction: &Correction) -> Self {
         CorrectionReport {
             id: correction.id.clone(),
             mode: correction.mode,
+            enabled: correction.enabled,
             rejection: None,
-            strokes,
+            strokes: Vec::with_capacity(2),
             swapped: false,
             poses: [0; 2],
             observations: [0; 2],
@@ -83,13 +86,9 @@ impl CorrectionReport {
         self.rejection.is_none()
     }
 
-    pub(super) fn rejected(mut self, reason: String) -> Self {
-        self.rejection = Some(reason);
-        self.timings.total_ms = self.timings.interpret_ms
-            + self.timings.explicit_ms
-            + self.timings.copslam_ms
-            + self.timings.optimize_ms;
-        self
+    /// The first reason stays.
+    pub(super) fn refuse(&mut self, reason: String) {
+        self.rejection.get_or_insert(reason);
     }
 
     pub(super) fn caught(&mut self, factor: &HumanFactor, swapped: bool) {

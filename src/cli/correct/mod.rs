@@ -1,0 +1,131 @@
+//! `hitl correct`: the main job, in batch.
+
+mod pictures;
+mod report;
+mod table;
+mod tunables;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use hitl_slam::error::{Error, Result};
+use hitl_slam::map::{Correction, SlamMap};
+use hitl_slam::pipeline::{CorrectionReport, Corrector};
+use hitl_slam::{interpret, io};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{Outcome, load};
+
+/// Correct a map: apply two-stroke corrections in order, each optimised with all that came before.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Native map, or any file that `hitl import` reads.
+    input: PathBuf,
+
+    /// Corrections, one JSON object a line: {"mode": "collinear", "a": STROKE, "b": STROKE}; a stroke is
+    /// [[x, y], [x, y]] in the world, or {"pose": i, "points": …} or {"stamp": t, "points": …} in the robot's frame.
+    #[arg(short, long, value_name = "C.jsonl")]
+    corrections: PathBuf,
+
+    /// Corrected map; the extension picks the format: .npz (everything), .g2o, .stfs.covars, .tum.
+    #[arg(short, long, value_name = "OUT", required_unless_present = "interpret_only")]
+    output: Option<PathBuf>,
+
+    /// Show what every stroke catches on the map as it stands, and correct nothing.
+    #[arg(long)]
+    interpret_only: bool,
+
+    /// Do not look for further loop closures after the strokes. There is no such search in this version.
+    #[arg(long)]
+    no_reassociate: bool,
+
+    /// Corrected trajectory (TUM text), one line per scan of the log.
+    #[arg(long, value_name = "T.tum")]
+    trajectory: Option<PathBuf>,
+
+    /// Report (JSON); - prints it to stdout.
+    #[arg(long, value_name = "R.json")]
+    report: Option<PathBuf>,
+
+    /// Folder for pictures: before, after, and both side by side.
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
+
+    /// Exit with 1 if a correction was rejected.
+    #[arg(long)]
+    strict: bool,
+
+    #[command(flatten)]
+    tunables: tunables::Tunables,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<Outcome> {
+    if let Some(output) = &args.output {
+        io::check_map_path(output)?;
+    }
+    let options = args.tunables.options()?;
+    let corrections = load::corrections(&args.corrections)?;
+    let map = load::map(&args.input)?;
+    interpret::check(&map, &corrections)?;
+    if map.observations.is_empty() {
+        let message = "found a map without points, expected laser points for the strokes to catch";
+        return Err(Error::input(args.input.display(), message));
+    }
+    let before = args.pictures.is_some().then(|| map.clone());
+    let start = Instant::now();
+    let mut corrector = Corrector::new(map, options)?;
+    let reports = if args.interpret_only {
+        interpret_all(&corrector, &corrections)?
+    } else {
+        apply_all(&mut corrector, &corrections)?
+    };
+    let total_ms = start.elapsed().as_secs_f64() * 1e3;
+
+    let json = report::Report::new(&corrector, &args.tunables, &reports, total_ms);
+    if args.report.as_deref() != Some(std::path::Path::new("-")) {
+        table::print(&json, args.interpret_only);
+    }
+    let map = corrector.into_map();
+    write_outputs(args, &map, before.as_ref(), &reports)?;
+    super::report::write(args.report.as_deref(), &json)?;
+    let rejected = reports.iter().any(|r| r.rejection.is_some() && r.enabled);
+    Ok(if args.strict && rejected { Outcome::CheckFailed } else { Outcome::Done })
+}
+
+/// One report per correction, in order.
+type Reports = Vec<CorrectionReport>;
+
+fn apply_all(corrector: &mut Corrector, corrections: &[Correction]) -> Result<Reports> {
+    let style = ProgressStyle::with_template("correcting {bar:30} {pos}/{len} {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(corrections.len() as u64).with_style(style);
+    let mut reports = Vec::with_capacity(corrections.len());
+    for correction in corrections {
+        bar.set_message(correction.id.clone());
+        reports.push(corrector.apply(correction)?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(reports)
+}
+
+fn interpret_all(corrector: &Corrector, corrections: &[Correction]) -> Result<Reports> {
+    corrections.iter().map(|c| corrector.preview(c)).collect()
+}
+
+fn write_outputs(args: &Args, map: &SlamMap, before: Option<&SlamMap>, reports: &[CorrectionReport]) -> Result<()> {
+    if let (Some(folder), Some(before)) = (&args.pictures, before) {
+        pictures::write(folder, before, map, reports, args.interpret_only)?;
+    }
+    if args.interpret_only {
+        return Ok(());
+    }
+    if let Some(path) = &args.trajectory {
+        io::tum::write(path, &map.trajectory())?;
+    }
+    match &args.output {
+        Some(path) => io::write_map(path, map),
+        None => Ok(()),
+    }
+}

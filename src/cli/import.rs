@@ -1,0 +1,112 @@
+//! `hitl import`: a log or graph becomes a native map.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use hitl_slam::error::{Error, Result};
+use hitl_slam::front_end::{self, Chain};
+use hitl_slam::io::{self, Source};
+use hitl_slam::map::RawLog;
+
+use super::{Outcome, load};
+
+/// Turn a log or a graph into a map.
+///
+/// A raw log becomes a chain of keyframes joined by odometry. With --graph or --initial its scans hang on the poses
+/// (and factors, closures included) of another SLAM's result.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// CARMEN log (also .gz, .bz2, .xz), 16-column text, g2o or native map.
+    log: PathBuf,
+
+    /// Map to write; the extension picks the format: .npz (everything), .g2o, .stfs.covars, .tum.
+    #[arg(short, long, value_name = "MAP")]
+    output: PathBuf,
+
+    /// Where the poses of a raw log come from [default: odometry].
+    #[arg(long, value_enum)]
+    front_end: Option<FrontEnd>,
+
+    /// Pose graph of another SLAM (g2o): its vertices and factors, the log's scans.
+    #[arg(long, value_name = "G.g2o", conflicts_with = "front_end")]
+    graph: Option<PathBuf>,
+
+    /// Trajectory of another SLAM (TUM), matched by stamp; with --graph: the stamps of its vertices, in order.
+    #[arg(long, value_name = "T.tum", conflicts_with = "front_end")]
+    initial: Option<PathBuf>,
+
+    #[command(flatten)]
+    keyframes: Keyframes,
+}
+
+/// Where the poses come from.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum FrontEnd {
+    /// The log's own poses as they stand (for corrected logs).
+    None,
+    /// The wheels.
+    Odometry,
+}
+
+/// Options of the front end.
+#[derive(Debug, clap::Args)]
+struct Keyframes {
+    /// A new pose after this distance, metres.
+    #[arg(long, value_name = "M", default_value_t = front_end::Options::default().keyframe_distance_m)]
+    keyframe_distance_m: f64,
+
+    /// A new pose after this turn, degrees.
+    #[arg(long, value_name = "DEG", default_value_t = front_end::Options::default().keyframe_angle_rad.to_degrees())]
+    keyframe_angle_deg: f64,
+
+    /// Drop returns nearer than this, metres.
+    #[arg(long, value_name = "M", default_value_t = front_end::Options::default().min_range_m)]
+    min_range_m: f64,
+
+    /// Drop returns at or beyond this, metres.
+    #[arg(long, value_name = "M", default_value_t = front_end::Options::default().max_range_m)]
+    max_range_m: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<Outcome> {
+    io::check_map_path(&args.output)?;
+    let map = match load::source(&args.log)? {
+        Source::Log(log) => from_log(&log, args)?,
+        Source::Map(map) if args.front_end.is_none() && args.graph.is_none() && args.initial.is_none() => map,
+        Source::Map(_) => {
+            let message = "found a map, expected a log: --front-end, --graph and --initial need scans";
+            return Err(Error::input(args.log.display(), message));
+        }
+        _ => return Err(Error::input(args.log.display(), "found a trajectory, expected a log or a map")),
+    };
+    io::write_map(&args.output, &map)?;
+    println!(
+        "{}: {} poses, {} points, {} relative factors, {} scans",
+        args.output.display(),
+        map.poses.len(),
+        map.observations.len(),
+        map.relative_factors.len(),
+        map.scans.len()
+    );
+    Ok(Outcome::Done)
+}
+
+fn from_log(log: &RawLog, args: &Args) -> Result<hitl_slam::map::SlamMap> {
+    let options = front_end::Options {
+        keyframe_distance_m: args.keyframes.keyframe_distance_m,
+        keyframe_angle_rad: args.keyframes.keyframe_angle_deg.to_radians(),
+        min_range_m: args.keyframes.min_range_m,
+        max_range_m: args.keyframes.max_range_m,
+        ..front_end::Options::default()
+    };
+    let initial = args.initial.as_deref().map(load::trajectory).transpose()?;
+    let graph = args.graph.as_deref().map(load::graph).transpose()?;
+    let chain = match (&graph, &initial, args.front_end) {
+        (Some(graph), stamps, _) => Chain::Graph { graph, stamps: stamps.as_ref() },
+        (None, Some(initial), _) => Chain::Initial(initial),
+        (None, None, Some(FrontEnd::None)) => Chain::LoggedPoses,
+        (None, None, Some(FrontEnd::Odometry) | None) => Chain::Odometry,
+    };
+    load::map_of(log, chain, &options)
+}

@@ -1,0 +1,65 @@
+//! Opens whatever file a command was given; what its reader has to remark goes to stderr.
+
+use std::path::Path;
+
+use hitl_slam::error::{Error, Result};
+use hitl_slam::front_end::{self, Chain};
+use hitl_slam::io::{self, Source};
+use hitl_slam::map::{Correction, RawLog, SlamMap, Trajectory};
+
+/// Prints remarks.
+pub fn remark(warnings: &[String]) {
+    for warning in warnings {
+        eprintln!("hitl: note: {warning}");
+    }
+}
+
+/// Any input file.
+pub fn source(path: &Path) -> Result<Source> {
+    let (_, read) = io::read(path)?;
+    remark(&read.warnings);
+    Ok(read.value)
+}
+
+/// A map: as it is, or from a raw log by its odometry.
+pub fn map(path: &Path) -> Result<SlamMap> {
+    match source(path)? {
+        Source::Map(map) => Ok(map),
+        Source::Log(log) => map_of(&log, Chain::Odometry, &front_end::Options::default()),
+        _ => Err(Error::input(path.display(), "found a trajectory, expected a map, a pose graph or a log")),
+    }
+}
+
+/// A map from a raw log.
+pub fn map_of(log: &RawLog, chain: Chain, options: &front_end::Options) -> Result<SlamMap> {
+    let built = front_end::build(log, chain, options)?;
+    remark(&built.warnings);
+    Ok(built.map)
+}
+
+/// A trajectory: a TUM file's, or a map's own (one pose per scan of its log).
+pub fn trajectory(path: &Path) -> Result<Trajectory> {
+    match source(path)? {
+        Source::Trajectory(trajectory) => Ok(trajectory),
+        Source::Map(map) => Ok(map.trajectory()),
+        Source::Log(log) => {
+            Ok(map_of(&log, Chain::Odometry, &front_end::Options::default())?.trajectory())
+        }
+        _ => Err(Error::input(path.display(), "found something else, expected a trajectory or a map")),
+    }
+}
+
+/// A pose graph: vertices and factors, points or not.
+pub fn graph(path: &Path) -> Result<SlamMap> {
+    match source(path)? {
+        Source::Map(map) => Ok(map),
+        _ => Err(Error::input(path.display(), "found no pose graph, expected g2o or a native map")),
+    }
+}
+
+/// A file of corrections.
+pub fn corrections(path: &Path) -> Result<Vec<Correction>> {
+    let read = io::corrections::read(path)?;
+    remark(&read.warnings);
+    Ok(read.value)
+}
