@@ -253,6 +253,15 @@ fn strokes_without_drawing_noise_lie_on_their_walls_and_relate_as_they_say() {
 }
 
 #[test]
+fn every_wall_has_a_name_of_its_own() {
+    for scenario in Scenario::ALL {
+        let walls = simulate(scenario, |_| ()).walls;
+        let names: std::collections::BTreeSet<&str> = walls.iter().map(|w| w.name.as_str()).collect();
+        assert_eq!(names.len(), walls.len());
+    }
+}
+
+#[test]
 fn the_scenarios_use_all_four_modes() {
     let mut modes: Vec<Mode> = Vec::new();
     for (scenario, count) in [(Scenario::Loop, 3), (Scenario::Campus, 4)] {

@@ -1,7 +1,7 @@
 //! Draws floor plans: rows of wall with recesses, pillars, rooms and gates, in a building's own frame.
 //!
 //! A row runs from one point to another with the free space on its **left**. What interrupts it splits it into
-//! pieces named `row/0`, `row/1`, …; the walls of the k-th interruption are `row/k+`.
+//! pieces named `row/0`, `row/1`, …; the walls of the k-th interruption are `row/k+0`, `row/k+1`, ….
 
 use super::world::Wall;
 use crate::geometry::{Pose2, Segment, Vec2};
@@ -66,9 +66,9 @@ impl FloorPlan {
             let (half_m, outline) = feature.shape.outline();
             let piece = format!("{name}/{k}");
             self.wall(world_from_plan, piece, place(start_m, 0.0), place(feature.at_m - half_m, 0.0));
-            for ends in outline.windows(2) {
+            for (m, ends) in outline.windows(2).enumerate() {
                 let [p, q] = [ends[0], ends[1]].map(|[x, y]| place(feature.at_m + x, y));
-                self.wall(world_from_plan, format!("{name}/{k}+"), p, q);
+                self.wall(world_from_plan, format!("{name}/{k}+{m}"), p, q);
             }
             start_m = feature.at_m + half_m;
         }

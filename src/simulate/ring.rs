@@ -77,9 +77,9 @@ impl Ring {
     fn passage(&self, plan: &mut FloorPlan, side: usize, side_name: &str, ends: [Vec2; 2], depth_m: f64) {
         let along = (ends[1] - ends[0]).normalize();
         let into = Vec2::new(along.y, -along.x) * depth_m;
-        for half_m in [-GATE_M / 2.0, GATE_M / 2.0] {
+        for (k, half_m) in [-GATE_M / 2.0, GATE_M / 2.0].into_iter().enumerate() {
             let jamb = (ends[0] + ends[1]) / 2.0 + along * half_m;
-            let name = format!("{}/{side_name}-gate/{}", self.name, side);
+            let name = format!("{}/{side_name}-gate/{k}", self.name);
             plan.wall(self.world_from_ring, name, jamb, jamb + into);
         }
     }

@@ -1,8 +1,8 @@
 //! `loop`: a ring of corridors of 34 × 23 m, driven once and then 21 m more, so that the start is seen again.
 //!
 //! The first correction closes the loop with the piece of wall that both visits show best. The other two straighten
-//! what a loop closure leaves bent in the middle of the loop, which is little: the west corridor is at a right angle to the one
-//! where the robot started, the north corridor parallel to it.
+//! what a loop closure leaves bent in the middle of the loop, which is little: the west corridor is at a right angle
+//! to the one where the robot started, the north corridor parallel to it.
 
 use super::Plan;
 use crate::geometry::{Pose2, Vec2};
