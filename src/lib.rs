@@ -20,4 +20,5 @@ pub mod io;
 pub mod joint;
 pub mod map;
 pub mod pipeline;
+pub mod simulate;
 pub mod solver;

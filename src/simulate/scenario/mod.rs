@@ -1,0 +1,72 @@
+//! The scenarios: each is a world, a way through it, a laser, an error model and what a person would correct.
+
+mod campus;
+mod corridor_loop;
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::drift::Drift;
+use super::lidar::Lidar;
+use super::strokes::Drawing;
+use super::world::World;
+use crate::error::Error;
+use crate::geometry::Pose2;
+
+/// A simulated situation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Scenario {
+    /// One lap of a ring of corridors and a bit more: 650 poses.
+    Loop,
+    /// Three buildings at angles to each other and the walkways between them: more than 3,000 poses.
+    Campus,
+}
+
+/// Everything about a scenario that chance has no part in.
+#[derive(Debug, Clone)]
+pub(super) struct Plan {
+    pub world: World,
+    /// `world_from_robot`, in driving order.
+    pub truth: Vec<Pose2>,
+    pub lidar: Lidar,
+    pub drift: Drift,
+    pub drawings: Vec<Drawing>,
+}
+
+impl Scenario {
+    /// All scenarios.
+    pub const ALL: [Scenario; 2] = [Scenario::Loop, Scenario::Campus];
+
+    /// The name used on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Scenario::Loop => "loop",
+            Scenario::Campus => "campus",
+        }
+    }
+
+    pub(super) fn plan(self) -> Plan {
+        match self {
+            Scenario::Loop => corridor_loop::plan(),
+            Scenario::Campus => campus::plan(),
+        }
+    }
+}
+
+impl fmt::Display for Scenario {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Scenario {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        Scenario::ALL.into_iter().find(|s| s.name() == name).ok_or_else(|| {
+            let names = Scenario::ALL.map(Scenario::name).join(", ");
+            Error::input("scenario", format_args!("found \"{name}\", expected one of {names}"))
+        })
+    }
+}
