@@ -15,3 +15,4 @@ pub mod error;
 pub mod geometry;
 pub mod io;
 pub mod map;
+pub mod render;

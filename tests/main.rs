@@ -1,0 +1,4 @@
+//! All integration tests, one binary.
+
+mod building; // A made-up building with known truth.
+mod render; // Pictures: right primitives in the right places, same bytes for the same input.
