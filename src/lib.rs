@@ -15,4 +15,5 @@ pub mod error;
 pub mod geometry;
 pub mod io;
 pub mod map;
+pub mod metrics;
 pub mod render;
