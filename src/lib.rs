@@ -19,6 +19,8 @@ pub mod interpret;
 pub mod io;
 pub mod joint;
 pub mod map;
+pub mod metrics;
 pub mod pipeline;
+pub mod render;
 pub mod simulate;
 pub mod solver;

@@ -1,9 +1,15 @@
 //! All integration tests, one binary: it links once.
 
+/// A made-up building with known truth.
+mod building;
 /// Laws of the numbers: SE(2), angles, scatter.
 mod laws;
 /// What the source tree may look like: layers, file lengths, words that must not occur.
 mod layering;
+/// Errors of trajectories and maps, against naive twins.
+mod metrics;
+/// Pictures: what is drawn where, and the same bytes every time.
+mod render;
 /// Simulated worlds against their own claims.
 mod simulate;
 /// Each stage of the pipeline by itself.

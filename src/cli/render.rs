@@ -1,0 +1,79 @@
+//! `hitl render`: pictures of maps.
+
+use std::path::PathBuf;
+
+use hitl_slam::error::{Error, Result};
+use hitl_slam::geometry::Vec2;
+use hitl_slam::render::{self, MapPictureOptions, WorldRect};
+
+use super::{Outcome, load, picture};
+
+/// Draw a picture of a map as PNG or SVG.
+///
+/// Points are orange, poses black arrows (thinned out where they are dense), the strokes of corrections red and blue.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Map, graph or log to draw.
+    input: PathBuf,
+
+    /// Picture to write; the extension picks the format: .png or .svg.
+    #[arg(short, long, value_name = "X.png|X.svg")]
+    output: PathBuf,
+
+    /// The map as it was before: draws both at one scale, the strokes in both.
+    #[arg(long, value_name = "INPUT")]
+    before: Option<PathBuf>,
+
+    /// Draw grid lines with coordinates in metres, for writing strokes by hand.
+    #[arg(long)]
+    grid: bool,
+
+    /// Show only this part of the world: two opposite corners, metres.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
+    crop: Option<String>,
+
+    /// Longer side of the map in the picture, pixels.
+    #[arg(long, value_name = "N", default_value_t = 1200, value_parser = clap::value_parser!(u32).range(120..=7000))]
+    size_px: u32,
+
+    /// A line above the map.
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad options, or a file that cannot be read or written.
+pub fn run(args: &Args) -> Result<Outcome> {
+    picture::check(&args.output)?;
+    let options = MapPictureOptions {
+        size_px: args.size_px,
+        title: args.title.clone(),
+        with_grid: args.grid,
+        crop: args.crop.as_deref().map(crop).transpose()?,
+        overlays: Vec::new(),
+    };
+    let map = load::map(&args.input)?;
+    let drawn = match &args.before {
+        Some(before) => render::before_after(&load::map(before)?, &map, &options),
+        None => render::map(&map, &options),
+    };
+    picture::write(&args.output, &drawn)?;
+    println!("{}: {} × {} pixels", args.output.display(), drawn.width(), drawn.height());
+    Ok(Outcome::Done)
+}
+
+fn crop(text: &str) -> Result<WorldRect> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    let rect = match numbers.as_deref() {
+        Some(&[x0, y0, x1, y1]) => WorldRect::new(Vec2::new(x0, y0), Vec2::new(x1, y1)),
+        _ => None,
+    };
+    rect.ok_or_else(|| {
+        Error::input(
+            "--crop",
+            format_args!("found \"{text}\", expected x0,y0,x1,y1 in metres, not of zero size"),
+        )
+    })
+}

@@ -1,0 +1,223 @@
+//! Pictures: right primitives in the right places, same bytes for the same input, no surprise on odd maps.
+
+use crate::building;
+use hitl_slam::geometry::{Pose2, Vec2};
+use hitl_slam::map::SlamMap;
+use hitl_slam::render::{
+    Colour, Item, MapPictureOptions, Mark, Overlay, Picture, Plot, Series, WorldRect, before_after, map,
+    text_width_px,
+};
+
+fn items(picture: &Picture) -> impl Iterator<Item = &Item> {
+    picture.layers.iter().flat_map(|layer| &layer.items)
+}
+
+fn texts(picture: &Picture) -> Vec<&str> {
+    items(picture)
+        .filter_map(|i| if let Item::Text { text, .. } = i { Some(text.as_str()) } else { None })
+        .collect()
+}
+
+/// Arrows of a colour: (black or blue) outlines with the four corners of a dart.
+fn arrows(picture: &Picture, wanted: Colour) -> Vec<Vec<[f32; 2]>> {
+    let outlines = items(picture).filter_map(|item| match item {
+        Item::Shapes { outlines, colour } if *colour == wanted => Some(outlines.clone()),
+        _ => None,
+    });
+    outlines.flatten().filter(|o| o.len() == 4).collect()
+}
+
+fn lines(picture: &Picture, wanted: Colour) -> Vec<Vec<[f32; 2]>> {
+    let points = items(picture).filter_map(|item| match item {
+        Item::Line { points, colour, .. } if *colour == wanted => Some(points.clone()),
+        _ => None,
+    });
+    points.collect()
+}
+
+fn pixels(picture: &Picture) -> (usize, Vec<u8>) {
+    let bytes = picture.to_png();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+    let mut data = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut data).unwrap();
+    assert_eq!((info.width, info.height), (picture.width(), picture.height()));
+    (info.width as usize, data)
+}
+
+#[test]
+fn the_same_map_gives_the_same_bytes() {
+    let (before, after) = building::before_and_after(120, 60);
+    let options = MapPictureOptions { size_px: 400, with_grid: true, ..Default::default() };
+    let (one, two) = (before_after(&before, &after, &options), before_after(&before, &after, &options));
+    assert_eq!(one.to_png(), two.to_png());
+    assert_eq!(one.to_svg(), two.to_svg());
+}
+
+#[test]
+fn a_point_lands_on_its_pixel_with_y_up() {
+    let mut one = SlamMap { poses: vec![Pose2::new(0.0, 0.0, 0.0)], ..Default::default() };
+    one.observations.push(Vec2::new(1.0, 3.0), Vec2::zeros(), 3.0);
+    one.observations.end_pose();
+    let crop = WorldRect::new(Vec2::new(0.0, 0.0), Vec2::new(4.0, 4.0));
+    let picture = map(&one, &MapPictureOptions { size_px: 400, crop, ..Default::default() });
+    let frame = picture.layers[0].clip.unwrap();
+    let (width, data) = pixels(&picture);
+    let (x, y) = (frame.left as usize + 100, frame.top as usize + 100); // a quarter from the left and from the top
+    let strongest = (0..data.len() / 3).filter(|p| {
+        let (px, py) = (p % width, p / width);
+        px > frame.left as usize + 10 && py > frame.top as usize + 10 && data[3 * p + 2] < 200
+    });
+    for p in strongest {
+        let (dx, dy) = ((p % width).abs_diff(x), (p / width).abs_diff(y));
+        assert!(
+            dx <= 1 && dy <= 1 || p / width > frame.bottom() as usize - 20,
+            "ink at {}, {}",
+            p % width,
+            p / width
+        );
+    }
+    let ink = |x: usize, y: usize| 255 - data[3 * (y * width + x) + 2];
+    assert!(ink(x, y) > 40 || ink(x - 1, y - 1) > 40);
+}
+
+#[test]
+fn an_arrow_points_along_the_heading() {
+    let one = SlamMap {
+        poses: vec![Pose2::new(0.0, 0.0, std::f64::consts::FRAC_PI_2)],
+        observations: hitl_slam::map::Observations::empty(1),
+        ..Default::default()
+    };
+    let arrows = arrows(&map(&one, &MapPictureOptions::default()), Colour::INK);
+    let tip = arrows[0][0];
+    assert!(arrows[0][1..].iter().all(|corner| corner[1] > tip[1]), "up in the world is up in the picture");
+}
+
+#[test]
+fn dense_poses_are_thinned_and_those_of_a_human_factor_are_blue() {
+    let (_, after) = building::before_and_after(2000, 30);
+    let picture = map(&after, &MapPictureOptions { size_px: 500, ..Default::default() });
+    let (black, blue) = (arrows(&picture, Colour::INK), arrows(&picture, Colour::BLUE));
+    assert!(black.len() > 30 && black.len() < 400, "{} black arrows", black.len());
+    assert!(blue.len() > 5, "{} blue arrows", blue.len());
+    let middles: Vec<[f32; 2]> = black.iter().chain(&blue).map(|a| a[2]).collect();
+    for (k, p) in middles.iter().enumerate() {
+        let near = middles[..k].iter().filter(|q| (q[0] - p[0]).hypot(q[1] - p[1]) < 3.0).count();
+        assert!(near <= 1, "arrows on top of each other at {p:?}"); // the legend's own arrow aside
+    }
+}
+
+#[test]
+fn before_shows_the_strokes_where_its_own_poses_put_them() {
+    let (before, after) = building::before_and_after(300, 90);
+    let picture = before_after(&before, &after, &MapPictureOptions { size_px: 600, ..Default::default() });
+    assert_eq!(
+        texts(&picture).iter().filter(|t| t.contains("fter")).collect::<Vec<_>>(),
+        [&"after · 2 corrections"]
+    );
+    let red = lines(&picture, Colour::RED);
+    let strokes: Vec<_> =
+        red.iter().filter(|l| l[0][1].max(l[1][1]) < picture.height() as f32 * 0.9).collect();
+    assert_eq!(strokes.len(), 4, "two in each half");
+    let middle = picture.width() as f32 / 2.0;
+    let slope = |l: &&Vec<[f32; 2]>| ((l[1][1] - l[0][1]) / (l[1][0] - l[0][0])).abs();
+    let blue_before = lines(&picture, Colour::BLUE).into_iter().find(|l| l[0][0] < middle).unwrap();
+    assert!(slope(&&blue_before) > 0.1, "the second visit is bent in the map before");
+    assert!(strokes.iter().filter(|l| l[0][0] > middle).all(|l| slope(l) < 1e-3));
+}
+
+#[test]
+fn grid_labels_overlays_and_titles_appear_in_both_formats() {
+    let (before, _) = building::before_and_after(100, 60);
+    let overlay = Overlay {
+        ends: [Vec2::new(8.0, 2.0), Vec2::new(1e9, 2.0)],
+        label: "c1 <a>".into(),
+        colour: Colour::RED,
+    };
+    let options = MapPictureOptions {
+        title: Some("before & after".into()),
+        with_grid: true,
+        overlays: vec![overlay],
+        ..Default::default()
+    };
+    let picture = map(&before, &options);
+    for text in ["before & after", "10", "−5", "c1 <a>", "10 m"] {
+        assert!(texts(&picture).contains(&text), "{text} in {:?}", texts(&picture));
+    }
+    let svg = picture.to_svg();
+    assert!(svg.contains(">before &amp; after</text>") && svg.contains(">c1 &lt;a&gt;</text>"));
+    let red = &lines(&picture, Colour::RED)[0];
+    assert!(red.iter().all(|p| p[0].abs() < 5000.0), "an end far outside is cut off: {red:?}");
+}
+
+#[test]
+fn odd_maps_and_sizes_still_give_pictures() {
+    let nothing = SlamMap::default();
+    let far = SlamMap {
+        poses: vec![
+            Pose2::new(1e15, -1e15, 1.0),
+            Pose2::new(f64::NAN, 0.0, 0.0),
+            Pose2::new(1e300, 0.0, 0.0),
+        ],
+        observations: hitl_slam::map::Observations::empty(3),
+        ..Default::default()
+    };
+    let corridor = SlamMap {
+        poses: (0..50).map(|i| Pose2::new(f64::from(i) * 10.0, 0.0, 0.0)).collect(),
+        observations: hitl_slam::map::Observations::empty(50),
+        ..Default::default()
+    };
+    for odd in [&nothing, &far, &corridor] {
+        for size_px in [0, 120] {
+            let options = MapPictureOptions { size_px, with_grid: true, ..Default::default() };
+            assert!(map(odd, &options).to_png().len() > 60);
+            assert!(before_after(odd, odd, &options).to_svg().ends_with("</svg>\n"));
+        }
+    }
+    assert!(WorldRect::new(Vec2::new(0.0, 0.0), Vec2::new(0.0, 1.0)).is_none());
+    assert!(WorldRect::new(Vec2::new(0.0, f64::NAN), Vec2::new(1.0, 1.0)).is_none());
+}
+
+#[test]
+fn a_few_stray_returns_do_not_shrink_the_map() {
+    let mut stray = building::true_map(100, 100);
+    let o = &mut stray.observations;
+    o.points.push([500.0, 500.0]);
+    o.normals.push([0.0, 0.0]);
+    o.ranges_m.push(700.0);
+    *o.starts.last_mut().unwrap() += 1;
+    assert!(WorldRect::around(&stray).size().x < 40.0);
+}
+
+#[test]
+fn the_svg_of_many_points_stays_small() {
+    let big = building::true_map(700, 300);
+    assert!(big.observations.len() > 150_000);
+    let svg = map(&big, &MapPictureOptions::default()).to_svg();
+    assert!(svg.len() < 400_000, "{} bytes", svg.len());
+}
+
+#[test]
+fn every_symbol_of_the_font_has_a_glyph_and_a_width() {
+    let missing = text_width_px("\u{4E00}", 100.0);
+    for c in (' '..='~').chain("°·–×σχ²±µ→θΔ−".chars()) {
+        let width = text_width_px(&c.to_string(), 100.0);
+        assert!(width > 20.0 && (width != missing || c == '?'), "{c}: {width}");
+    }
+    assert!((text_width_px("mm", 10.0) - 2.0 * text_width_px("m", 10.0)).abs() < 1e-4);
+}
+
+#[test]
+fn plots_have_round_ticks_and_survive_values_without_a_place() {
+    let points = vec![[0.0, 0.3], [50.0, f64::NAN], [100.0, 0.9], [150.0, 0.0]];
+    let series =
+        |mark| Series { label: "error".into(), points: points.clone(), intervals: vec![[0.2, 0.4]; 4], mark };
+    for log_y in [false, true] {
+        for mark in [Mark::Line, Mark::Dots, Mark::Bars] {
+            let plot = Plot { series: vec![series(mark), series(mark)], log_y, ..Plot::default() };
+            let picture = plot.draw();
+            assert!(texts(&picture).contains(&"50") && texts(&picture).contains(&"error"));
+            assert_eq!(picture.to_png(), plot.draw().to_png());
+        }
+    }
+    assert!(Plot::default().draw().to_png().len() > 60, "an empty plot");
+}
