@@ -68,13 +68,13 @@ impl Ring {
                 row("facade", [from, to], features(&FACADE, side, [from, to], has_gate));
             }
             if let (true, Some(facade_m)) = (has_gate, self.facade_m) {
-                self.passage(plan, side, side_name, ends, facade_m);
+                self.passage(plan, side_name, ends, facade_m);
             }
         }
     }
 
     /// The two walls of the way from the corridor through the rooms to the outside.
-    fn passage(&self, plan: &mut FloorPlan, side: usize, side_name: &str, ends: [Vec2; 2], depth_m: f64) {
+    fn passage(&self, plan: &mut FloorPlan, side_name: &str, ends: [Vec2; 2], depth_m: f64) {
         let along = (ends[1] - ends[0]).normalize();
         let into = Vec2::new(along.y, -along.x) * depth_m;
         for (k, half_m) in [-GATE_M / 2.0, GATE_M / 2.0].into_iter().enumerate() {
