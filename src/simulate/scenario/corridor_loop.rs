@@ -40,8 +40,8 @@ pub fn plan() -> Plan {
         drawings: vec![
             Drawing {
                 mode: Mode::Colocation,
-                a: Piece::whole("ring/south-outer/7", 0),
-                b: Piece::whole("ring/south-outer/7", 1),
+                a: Piece::whole("ring/south-outer/8", 0),
+                b: Piece::whole("ring/south-outer/8", 1),
             },
             Drawing {
                 mode: Mode::Perpendicular,
