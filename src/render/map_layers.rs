@@ -31,7 +31,10 @@ pub fn points(map: &SlamMap, view: &Viewport, unit: f32) -> Item {
             }
         }
     }
-    Item::Dots { points, side: (1.3 * unit).max(1.0), colour: Colour::ORANGE }
+    // Where there are few, as in a close-up, dots grow so that each can be seen.
+    let pixels_each = view.frame.width * view.frame.height / points.len().max(1) as f32;
+    let side = (1.3 * unit).max(1.0) * (pixels_each / 60.0).sqrt().clamp(1.0, 3.5);
+    Item::Dots { points, side, colour: Colour::ORANGE }
 }
 
 /// Poses as darts of one size on screen, those in `highlighted` (ascending) blue and on top. Where poses are dense,
