@@ -5,6 +5,11 @@ use super::em::{self, Candidate, Fit, REACH_SIGMAS};
 use crate::geometry::{Pose2, Segment, Vec2, angle_diff};
 use crate::map::{Feature, Observations, Sighting};
 
+/// Sightings at most this many poses apart belong to one visit.
+const VISIT_GAP: usize = 20;
+/// A visit counts if it saw at least this share of what the best visit saw.
+const VISIT_SHARE: f64 = 0.1;
+
 /// How far each pose sees, metres: lets a stroke skip poses that cannot have points near it.
 #[derive(Debug, Clone)]
 pub struct Reach {
@@ -70,11 +75,13 @@ pub fn catch(
         return Err(format!("no wall within {:.2} m of it", 3.0 * options.drawing_sigma_m));
     };
     let selected: Vec<&Candidate> = em::select(&fit.segment, &candidates, options.drawing_sigma_m).collect();
+    let sightings: Vec<&[&Candidate]> =
+        selected.chunk_by(|a, b| a.pose == b.pose).filter(|seen| seen.len() >= min_points).collect();
     let mut points = Vec::new();
     let mut seen_from = Vec::new();
-    for group in selected.chunk_by(|a, b| a.pose == b.pose).filter(|group| group.len() >= min_points) {
-        seen_from.push((group[0].pose, group.len()));
-        points.extend(group.iter().map(|c| c.index));
+    for seen in supported_visits(&sightings).into_iter().flatten() {
+        seen_from.push((seen[0].pose, seen.len()));
+        points.extend(seen.iter().map(|c| c.index));
     }
     if points.is_empty() {
         let message =
@@ -82,6 +89,16 @@ pub fn catch(
         return Err(message);
     }
     Ok(Caught { fit, points, poses: seen_from })
+}
+
+/// The visits (runs of poses) that saw a fair share of what the best of them saw. A visit that merely grazes the
+/// stroke saw some other wall that happens to cross it on the bent map: a handful of such points is enough to tie
+/// two places of a campus together that have nothing to do with each other.
+fn supported_visits<'a>(sightings: &'a [&'a [&'a Candidate]]) -> Vec<&'a [&'a [&'a Candidate]]> {
+    let visits: Vec<_> = sightings.chunk_by(|a, b| b[0].pose - a[0].pose <= VISIT_GAP).collect();
+    let support = |visit: &[&[&Candidate]]| visit.iter().map(|seen| seen.len()).sum::<usize>();
+    let best = visits.iter().map(|v| support(v)).max().unwrap_or(0);
+    visits.into_iter().filter(|v| support(v) as f64 >= VISIT_SHARE * best as f64).collect()
 }
 
 /// Points within `margin_m` of the stroke's box, in the order of the map.
