@@ -113,7 +113,7 @@ pub fn add_factor(map: &mut SlamMap, id: &str, wall: [Vec2; 2], a: [usize; 2], b
             let near: Vec<u32> = near.map(|p| p as u32).collect();
             if !near.is_empty() {
                 let bearing_rad = segment.direction_rad - map.poses[pose].theta_rad;
-                sightings.push(Sighting { pose, along_m: 0.0, bearing_rad });
+                sightings.push(Sighting { tied: true, pose, along_m: 0.0, bearing_rad });
                 points.extend(near);
             }
         }

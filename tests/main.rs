@@ -8,6 +8,8 @@ mod laws;
 mod layering;
 /// Errors of trajectories and maps, against naive twins.
 mod metrics;
+/// The whole pipeline on simulated maps.
+mod pipeline;
 /// Pictures: what is drawn where, and the same bytes every time.
 mod render;
 /// Simulated worlds against their own claims.

@@ -1,12 +1,14 @@
 //! From a fitted stroke to a feature: S, X and the references that keep it in place.
 
+use std::ops::RangeBounds;
+
 use super::Options;
 use super::em::{self, Candidate, Fit, REACH_SIGMAS};
 use crate::geometry::{Pose2, Segment, Vec2, angle_diff};
 use crate::map::{Feature, Observations, Sighting};
 
 /// Sightings at most this many poses apart belong to one visit.
-const VISIT_GAP: usize = 20;
+pub(super) const VISIT_GAP: usize = 20;
 /// A visit counts if it saw at least this share of what the best visit saw.
 const VISIT_SHARE: f64 = 0.1;
 
@@ -136,13 +138,16 @@ fn candidates(
 }
 
 /// The feature as it enters the map: `segment` is the fitted one, its direction already aligned with its partner's.
+/// `own_side` are the poses on its side of the cut ([`super::split`]); if there are none, all count.
 pub fn make_feature(
     segment: Segment,
     caught: &Caught,
+    own_side: impl RangeBounds<usize>,
     observations: &Observations,
     poses: &[Pose2],
 ) -> Feature {
     let mut feature = Feature { segment, points: caught.points.clone(), sightings: Vec::new() };
+    let all_tied = !caught.poses.iter().any(|(pose, _)| own_side.contains(pose));
     let mut rest = &caught.points[..];
     for &(pose, count) in &caught.poses {
         let (mine, others) = rest.split_at(count);
@@ -151,6 +156,7 @@ pub fn make_feature(
         let world_from_robot = poses[pose];
         feature.sightings.push(Sighting {
             pose,
+            tied: all_tied || own_side.contains(&pose),
             along_m: segment.along_across(world_from_robot.transform_point(mean)).0,
             bearing_rad: angle_diff(segment.direction_rad, world_from_robot.theta_rad),
         });

@@ -11,7 +11,7 @@ mod stroke;
 pub use em::Fit;
 pub use feature::{Caught, Reach, catch, make_feature};
 pub use order::{Split, split};
-pub use stroke::{check, in_world};
+pub use stroke::{anchor, check, in_world};
 
 use crate::error::{Error, Result};
 

@@ -28,6 +28,19 @@ pub fn check(map: &SlamMap, corrections: &[Correction]) -> Result<()> {
     Ok(())
 }
 
+/// The pose that a stroke was drawn from, or the last one at or before its stamp; `None` for a stroke in the world.
+pub fn anchor(map: &SlamMap, stroke: &Stroke) -> Option<usize> {
+    match *stroke {
+        Stroke::World(_) => None,
+        Stroke::Pose { pose, .. } => Some(pose),
+        Stroke::Stamp { stamp_s, .. } => {
+            let stamps = map.stamps_s.as_ref()?;
+            let before = (0..stamps.len()).filter(|&k| stamps[k] <= stamp_s);
+            before.max_by(|&i, &j| stamps[i].total_cmp(&stamps[j]))
+        }
+    }
+}
+
 /// The ends of a stroke in the world of `poses`.
 ///
 /// # Errors

@@ -55,6 +55,9 @@ fn add_feature(
     let s = &feature.segment;
     problem.segments.push([s.centre.x, s.centre.y, s.direction_rad]);
     let total = feature.points.len() as f64;
+    let tied: usize =
+        feature.points_by_sighting(observations).filter(|(s, _)| s.tied).map(|(_, p)| p.len()).sum();
+    let tied = tied as f64;
     let per_point = match options.normalization {
         Normalization::Sum => weight,
         Normalization::Mean => weight / total,
@@ -70,12 +73,15 @@ fn add_feature(
             count,
             scale: per_point.sqrt() / options.observation_sigma_m,
         });
+        if !sighting.tied {
+            continue;
+        }
         problem.ties.push(TieTerm {
             pose,
             segment,
             mean,
             along: sighting.along_m,
-            scale: (weight * count / total).sqrt() / options.tie_sigma_m,
+            scale: (weight * count / tied).sqrt() / options.tie_sigma_m,
         });
     }
     segment

@@ -4,12 +4,12 @@ use crate::geometry::{Pose2, Segment, Vec2};
 use crate::map::{Feature, Observations};
 
 /// The feature's segment at `poses`: direction and place along the wall by the references kept in its sightings,
-/// place across by its points' mean. Exact after a rigid motion; else a start for the solver.
+/// place across by its points' mean; of the poses on its own side of the chain. Exact after a rigid motion; else a start for the solver.
 pub fn refit(feature: &Feature, observations: &Observations, poses: &[Pose2]) -> Segment {
     let mut direction = Vec2::zeros();
     let mut mean = Vec2::zeros();
     let mut means = Vec::with_capacity(feature.sightings.len());
-    for (sighting, points) in feature.points_by_sighting(observations) {
+    for (sighting, points) in feature.points_by_sighting(observations).filter(|(s, _)| s.tied) {
         let pose = poses[sighting.pose];
         let count = points.len() as f64;
         let (sin, cos) = (pose.theta_rad + sighting.bearing_rad).sin_cos();

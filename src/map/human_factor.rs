@@ -37,6 +37,9 @@ pub struct Sighting {
     pub pose: usize,
     /// Coordinate of the pose's selected points' mean along the segment, from its centre, metres.
     pub along_m: f64,
+    /// True if this pose ties the segment along its wall: it is on the feature's own side of the chain. A pose that
+    /// saw both features (their walls coincide across, say, but are displaced along) cannot tell where either ends.
+    pub tied: bool,
     /// Direction of the segment seen from the robot: `direction − heading`, radians in (−π, π].
     pub bearing_rad: f64,
 }

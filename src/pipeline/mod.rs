@@ -117,9 +117,10 @@ impl Corrector {
         report.timings.interpret_ms = milliseconds(start);
         report.timings.total_ms = report.timings.interpret_ms;
         let [a, b] = &caught[..] else { return Ok((report, None)) };
-        let split = interpret::split(a, b);
+        let anchors = [&correction.a, &correction.b].map(|stroke| interpret::anchor(&self.map, stroke));
+        let split = interpret::split(a, b, anchors);
         let (a, b) = if split.swapped { (b, a) } else { (a, b) };
-        let Some(factor) = self.factor(correction, a, b) else {
+        let Some(factor) = self.factor(correction, a, b, split.cut) else {
             report.refuse(ambiguous(correction.mode));
             return Ok((report, None));
         };
@@ -162,21 +163,19 @@ impl Corrector {
     }
 
     /// The human factor, directions aligned so that sin Δφ (cos Δφ) has its zero in reach; `None`: ambiguous.
-    fn factor(&self, correction: &Correction, a: &Caught, b: &Caught) -> Option<HumanFactor> {
+    fn factor(&self, correction: &Correction, a: &Caught, b: &Caught, cut: usize) -> Option<HumanFactor> {
         let (segment_a, mut segment_b) = (a.fit.segment, b.fit.segment);
         explicit::rotation(correction.mode, &segment_a, &segment_b)?;
         if angle_diff(segment_b.direction_rad, segment_a.direction_rad).abs() > std::f64::consts::FRAC_PI_2 {
             segment_b = Segment::from_ends(segment_b.ends()[1], segment_b.ends()[0]);
         }
-        let feature = |segment, caught| {
-            interpret::make_feature(segment, caught, &self.map.observations, &self.map.poses)
-        };
+        let (observations, poses) = (&self.map.observations, &self.map.poses);
         Some(HumanFactor {
             id: correction.id.clone(),
             mode: correction.mode,
             weight: correction.weight,
-            a: feature(segment_a, a),
-            b: feature(segment_b, b),
+            a: interpret::make_feature(segment_a, a, ..cut, observations, poses),
+            b: interpret::make_feature(segment_b, b, cut.., observations, poses),
         })
     }
 
