@@ -4,6 +4,7 @@ mod correction;
 mod human_factor;
 mod log;
 mod observations;
+mod relation;
 mod slam_map;
 mod trajectory;
 
@@ -11,5 +12,6 @@ pub use correction::{Correction, Mode, Stroke};
 pub use human_factor::{Feature, HumanFactor, Sighting};
 pub use log::{LogScan, RawLog};
 pub use observations::Observations;
+pub use relation::Relation;
 pub use slam_map::{RelativeFactor, ScanRecord, SlamMap};
 pub use trajectory::Trajectory;
