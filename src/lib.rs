@@ -12,6 +12,7 @@
 #![deny(missing_docs, unsafe_code)]
 
 pub mod error;
+pub mod front_end;
 pub mod geometry;
 pub mod io;
 pub mod map;

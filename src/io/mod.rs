@@ -36,6 +36,8 @@ impl<T> Read<T> {
 /// What an input file holds.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+// One value per file: its size on the stack does not matter.
+#[allow(clippy::large_enum_variant)]
 pub enum Source {
     /// A recording, before any pose graph: give it to [`crate::front_end`].
     Log(RawLog),
