@@ -14,6 +14,7 @@
 pub mod copslam;
 pub mod error;
 pub mod explicit;
+pub mod front_end;
 pub mod geometry;
 pub mod interpret;
 pub mod io;

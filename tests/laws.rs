@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 use hitl_slam::geometry::{Information, Pose2, Scatter, Segment, Vec2, angle_diff, wrap_angle};
 use nalgebra::Matrix3;
 
-use crate::stages::random::Random;
+use crate::support::Dice;
 
 #[test]
 fn wrapped_angles_lie_in_the_half_open_circle_and_keep_their_direction() {
-    let mut random = Random::new(1);
+    let mut random = Dice::new(1);
     for k in -7..=7 {
         assert!((wrap_angle(f64::from(k) * 2.0 * PI)).abs() < 1e-14 * 7.0 * 6.3);
         let odd = wrap_angle(f64::from(2 * k + 1) * PI);
@@ -17,7 +17,7 @@ fn wrapped_angles_lie_in_the_half_open_circle_and_keep_their_direction() {
     }
     assert_eq!(wrap_angle(-PI), PI);
     for _ in 0..10_000 {
-        let angle = random.uniform(-100.0, 100.0);
+        let angle = random.between(-100.0, 100.0);
         let wrapped = wrap_angle(angle);
         assert!(wrapped > -PI && wrapped <= PI);
         assert!((wrapped.sin() - angle.sin()).abs() < 1e-12 && (wrapped.cos() - angle.cos()).abs() < 1e-12);
@@ -26,10 +26,10 @@ fn wrapped_angles_lie_in_the_half_open_circle_and_keep_their_direction() {
 
 #[test]
 fn poses_form_a_group_also_near_plus_minus_pi() {
-    let mut random = Random::new(2);
+    let mut random = Dice::new(2);
     for _ in 0..1000 {
         let (a, b, c) = (random.pose(), random.pose(), random.pose());
-        let p = Vec2::new(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0));
+        let p = Vec2::new(random.between(-9.0, 9.0), random.between(-9.0, 9.0));
         close(a.compose(a.inverse()), Pose2::IDENTITY);
         close(a.compose(a.between(b)), b);
         close(a.compose(b).compose(c), a.compose(b.compose(c)));
@@ -42,7 +42,7 @@ fn poses_form_a_group_also_near_plus_minus_pi() {
 
 #[test]
 fn a_segment_keeps_its_ends_and_moves_rigidly() {
-    let mut random = Random::new(3);
+    let mut random = Dice::new(3);
     for _ in 0..1000 {
         let ends = [random.pose().translation(), random.pose().translation()];
         let segment = Segment::from_ends(ends[0], ends[1]);
@@ -59,7 +59,7 @@ fn a_segment_keeps_its_ends_and_moves_rigidly() {
 #[test]
 fn the_square_root_of_an_information_matrix_whitens_it_the_right_way_round() {
     // UᵀU = Ω, not UUᵀ: only a non-diagonal matrix shows the difference.
-    let mut random = Random::new(4);
+    let mut random = Dice::new(4);
     for _ in 0..200 {
         let information = random.information();
         let u = information.sqrt();

@@ -2,6 +2,10 @@
 
 /// A made-up building with known truth.
 mod building;
+/// Readers and writers: round trips, exact messages, every prefix of every format, the real logs.
+mod formats;
+/// From a raw log to a map.
+mod front_end;
 /// Laws of the numbers: SE(2), angles, scatter.
 mod laws;
 /// What the source tree may look like: layers, file lengths, words that must not occur.
@@ -16,3 +20,5 @@ mod render;
 mod simulate;
 /// Each stage of the pipeline by itself.
 mod stages;
+/// Scratch folders, the shared data where they are, and seeded random maps.
+mod support;

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use hitl_slam::geometry::{Pose2, Segment, Vec2};
-use hitl_slam::io::corrections_out;
+use hitl_slam::io::corrections;
 use hitl_slam::map::{Mode, Observations, Stroke};
 use hitl_slam::simulate::lidar::Lidar;
 use hitl_slam::simulate::route::Route;
@@ -275,7 +275,7 @@ fn the_scenarios_use_all_four_modes() {
 #[test]
 fn equal_seeds_give_equal_runs_and_each_noise_has_its_own_stream() {
     let nominal = simulate(Scenario::Loop, |_| ());
-    let lines = |s: &Simulation| s.corrections.iter().map(corrections_out::to_json_line).collect::<Vec<_>>();
+    let lines = |s: &Simulation| s.corrections.iter().map(corrections::to_json_line).collect::<Vec<_>>();
     let again = simulate(Scenario::Loop, |_| ());
     assert_eq!(format!("{nominal:?}"), format!("{again:?}"));
 
@@ -311,8 +311,7 @@ fn settings_that_make_no_sense_are_bad_input() {
 #[test]
 fn a_correction_is_one_line_of_json_as_the_contract_has_it() {
     let corrections = simulate(Scenario::Loop, |_| ()).corrections;
-    let line: serde_json::Value =
-        serde_json::from_str(&corrections_out::to_json_line(&corrections[0])).unwrap();
+    let line: serde_json::Value = serde_json::from_str(&corrections::to_json_line(&corrections[0])).unwrap();
     assert_eq!(line["mode"], "colocation");
     assert_eq!(line["id"], "c1");
     assert!(line["a"]["pose"].is_u64() && line["b"]["points"][1][0].is_f64());

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use hitl_slam::error::{Error, Result};
-use hitl_slam::io;
 use hitl_slam::metrics::{self, DEFAULT_TOLERANCE_S, Evaluation, PoseError, Reference, RelationErrors};
 use hitl_slam::render::{Mark, Plot, Series};
 
@@ -56,7 +55,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
     }
     let map = load::map(&args.input)?;
     let truth = args.truth.as_deref().map(load::trajectory).transpose()?;
-    let relations = args.relations.as_deref().map(io::relations::read).transpose()?;
+    let relations = args.relations.as_deref().map(load::relations).transpose()?;
     let reference =
         Reference { truth: truth.as_ref(), relations: relations.as_deref(), tolerance_s: args.tolerance_s };
     let evaluation = metrics::evaluate(&map, &reference)?;

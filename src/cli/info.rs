@@ -32,7 +32,8 @@ pub fn run(args: &Args) -> Result<Outcome> {
 
 fn describe_log(log: &RawLog) {
     let poses: Vec<Pose2> = log.scans.iter().map(|s| s.odometry_from_robot).collect();
-    let returns = |s: &hitl_slam::map::LogScan| s.ranges_m.iter().filter(|&&r| f64::from(r) < s.max_range_m).count();
+    let returns =
+        |s: &hitl_slam::map::LogScan| s.ranges_m.iter().filter(|&&r| f64::from(r) < s.max_range_m).count();
     line("scans", log.scans.len());
     line("beams", span(log.scans.iter().map(|s| s.ranges_m.len() as f64)));
     line("readings", log.scans.iter().map(returns).sum::<usize>());

@@ -5,7 +5,7 @@ use std::path::Path;
 use hitl_slam::error::{Error, Result};
 use hitl_slam::front_end::{self, Chain};
 use hitl_slam::io::{self, Source};
-use hitl_slam::map::{Correction, RawLog, SlamMap, Trajectory};
+use hitl_slam::map::{Correction, Observations, RawLog, Relation, SlamMap, Trajectory};
 
 /// Prints remarks.
 pub fn remark(warnings: &[String]) {
@@ -21,20 +21,26 @@ pub fn source(path: &Path) -> Result<Source> {
     Ok(read.value)
 }
 
-/// A map: as it is, or from a raw log by its odometry.
+/// A map: as it is, or from a raw log by its odometry; a trajectory is a map without factors and points.
 pub fn map(path: &Path) -> Result<SlamMap> {
     match source(path)? {
         Source::Map(map) => Ok(map),
+        Source::Trajectory(trajectory) => Ok(SlamMap {
+            observations: Observations::empty(trajectory.poses.len()),
+            stamps_s: Some(trajectory.stamps_s),
+            poses: trajectory.poses,
+            ..SlamMap::default()
+        }),
         Source::Log(log) => map_of(&log, Chain::Odometry, &front_end::Options::default()),
-        _ => Err(Error::input(path.display(), "found a trajectory, expected a map, a pose graph or a log")),
+        _ => Err(Error::input(path.display(), "found something else, expected a map, a pose graph or a log")),
     }
 }
 
 /// A map from a raw log.
 pub fn map_of(log: &RawLog, chain: Chain, options: &front_end::Options) -> Result<SlamMap> {
-    let built = front_end::build(log, chain, options)?;
-    remark(&built.warnings);
-    Ok(built.map)
+    let (map, warnings) = front_end::build(log, chain, options)?;
+    remark(&warnings);
+    Ok(map)
 }
 
 /// A trajectory: a TUM file's, or a map's own (one pose per scan of its log).
@@ -42,9 +48,7 @@ pub fn trajectory(path: &Path) -> Result<Trajectory> {
     match source(path)? {
         Source::Trajectory(trajectory) => Ok(trajectory),
         Source::Map(map) => Ok(map.trajectory()),
-        Source::Log(log) => {
-            Ok(map_of(&log, Chain::Odometry, &front_end::Options::default())?.trajectory())
-        }
+        Source::Log(log) => Ok(map_of(&log, Chain::Odometry, &front_end::Options::default())?.trajectory()),
         _ => Err(Error::input(path.display(), "found something else, expected a trajectory or a map")),
     }
 }
@@ -55,6 +59,13 @@ pub fn graph(path: &Path) -> Result<SlamMap> {
         Source::Map(map) => Ok(map),
         _ => Err(Error::input(path.display(), "found no pose graph, expected g2o or a native map")),
     }
+}
+
+/// A file of hand-checked relations.
+pub fn relations(path: &Path) -> Result<Vec<Relation>> {
+    let read = io::relations::read(path)?;
+    remark(&read.warnings);
+    Ok(read.value)
 }
 
 /// A file of corrections.

@@ -5,7 +5,15 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use hitl_slam::error::{Error, Result};
 
+mod correct;
+mod evaluate;
+mod import;
+mod info;
+mod load;
+mod picture;
+mod render;
 mod report;
+mod simulate;
 
 /// Repairs bent 2D lidar maps: draw two strokes, say how they relate, and the whole map follows.
 #[derive(Parser)]
@@ -16,7 +24,14 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Info(info::Args),
+    Import(import::Args),
+    Correct(correct::Args),
+    Evaluate(evaluate::Args),
+    Render(render::Args),
+    Simulate(simulate::Args),
+}
 
 /// How a job ended that did not fail.
 pub enum Outcome {
@@ -49,5 +64,12 @@ pub fn main() -> ExitCode {
 }
 
 fn run(command: Command) -> Result<Outcome> {
-    match command {}
+    match command {
+        Command::Info(args) => info::run(&args),
+        Command::Import(args) => import::run(&args),
+        Command::Correct(args) => correct::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::Render(args) => render::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
+    }
 }

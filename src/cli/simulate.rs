@@ -42,7 +42,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Settings that make no sense, or files that cannot be written.
-pub fn run(args: Args) -> Result<Outcome> {
+pub fn run(args: &Args) -> Result<Outcome> {
     let scenario: Scenario = args.scenario.parse()?;
     let settings = Settings {
         seed: args.seed,
@@ -53,10 +53,10 @@ pub fn run(args: Args) -> Result<Outcome> {
     let simulation = simulate::run(scenario, &settings)?;
     let truth = Trajectory { poses: simulation.truth, ..simulation.map.trajectory() };
 
-    let folder = args.output;
+    let folder = &args.output;
     io::write_map(&folder.join("map.npz"), &simulation.map)?;
     io::tum::write(&folder.join("truth.tum"), &truth)?;
-    io::corrections_out::write(&folder.join("corrections.jsonl"), &simulation.corrections)?;
+    io::corrections::write(&folder.join("corrections.jsonl"), &simulation.corrections)?;
     write_walls(&folder.join("walls.csv"), &simulation.walls)?;
     println!(
         "{scenario}, seed {}: {} poses, {} points, {} corrections → {}",

@@ -11,6 +11,14 @@ use crate::error::{Error, Result};
 /// # Errors
 /// [`Error::Io`] if the folder cannot be made or the file cannot be written.
 pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+    write_seekable(path, |out| fill(out))
+}
+
+/// Like [`write`], for formats that come back to what they wrote (zip).
+///
+/// # Errors
+/// As [`write`].
+pub fn write_seekable(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
     let temporary = temporary_beside(path);
     let attempt = || -> io::Result<()> {
         if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {

@@ -1,4 +1,113 @@
-//! Reading and writing: one file per format.
+//! Reading and writing: one file per format. What a file is, is told from its content.
 
 pub mod atomic;
-pub mod corrections_out;
+pub mod carmen;
+pub mod corrections;
+pub mod detect;
+pub mod g2o;
+pub mod native;
+pub mod relations;
+mod source;
+pub mod stfs;
+mod text;
+pub mod tum;
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::map::{RawLog, SlamMap, Trajectory};
+pub use detect::Format;
+
+/// What a reader returns: the content, and remarks that a person should see.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Read<T> {
+    /// What was read.
+    pub value: T,
+    /// Remarks such as skipped tags, each with its place.
+    pub warnings: Vec<String>,
+}
+
+impl<T> Read<T> {
+    fn map<U>(self, convert: impl FnOnce(T) -> U) -> Read<U> {
+        Read { value: convert(self.value), warnings: self.warnings }
+    }
+}
+
+/// What an input file holds.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+// One value per file: its size on the stack does not matter.
+#[allow(clippy::large_enum_variant)]
+pub enum Source {
+    /// A recording, before any pose graph: give it to [`crate::front_end`].
+    Log(RawLog),
+    /// A map or a pose graph (which is a map without points).
+    Map(SlamMap),
+    /// Stamped poses only.
+    Trajectory(Trajectory),
+}
+
+/// Reads any input file, and says which format it was.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be read; [`Error::Input`] with the line or field if it is not as it should be.
+pub fn read(path: &Path) -> Result<(Format, Read<Source>)> {
+    let format = detect::format(path)?;
+    let read = match format {
+        Format::Carmen => carmen::read(path)?.map(Source::Log),
+        Format::G2o => g2o::read(path)?.map(Source::Map),
+        Format::Stfs => stfs::read(path)?.map(Source::Map),
+        Format::Tum => tum::read(path)?.map(Source::Trajectory),
+        Format::Native => native::read(path)?.map(Source::Map),
+        Format::Toro => {
+            let message = "found a TORO graph, expected g2o: reading TORO comes with a later version";
+            return Err(Error::input(path.display(), message));
+        }
+    };
+    Ok((format, read))
+}
+
+/// What a map can be written as.
+#[derive(Clone, Copy)]
+enum MapFormat {
+    Native,
+    G2o,
+    Stfs,
+    Tum,
+}
+
+fn map_format(path: &Path) -> Result<MapFormat> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    match name.rsplit_once('.').map(|(_, extension)| extension) {
+        Some("npz") => Ok(MapFormat::Native),
+        Some("g2o") => Ok(MapFormat::G2o),
+        Some("covars" | "stfs") => Ok(MapFormat::Stfs),
+        Some("tum" | "txt") => Ok(MapFormat::Tum),
+        _ => {
+            let message = "found no known extension, expected .npz, .g2o, .stfs.covars, .tum or .txt";
+            Err(Error::input(path.display(), message))
+        }
+    }
+}
+
+/// Checks, before any work is done for it, that a map can be written under this name.
+///
+/// # Errors
+/// [`Error::Input`] if the extension is unknown.
+pub fn check_map_path(path: &Path) -> Result<()> {
+    map_format(path).map(|_| ())
+}
+
+/// Writes a map in the format of the extension: `.npz` everything, `.g2o` the graph, `.stfs.covars` chain and points,
+/// `.tum` or `.txt` the trajectory of every scan.
+///
+/// # Errors
+/// As [`check_map_path`]; or if the format cannot hold the map or the file cannot be written.
+pub fn write_map(path: &Path, map: &SlamMap) -> Result<()> {
+    match map_format(path)? {
+        MapFormat::Native => native::write(path, map),
+        MapFormat::G2o => g2o::write(path, map),
+        MapFormat::Stfs => stfs::write(path, map),
+        MapFormat::Tum => tum::write(path, &map.trajectory()),
+    }
+}

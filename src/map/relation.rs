@@ -1,14 +1,14 @@
-//! A hand-checked relation between two scans of a log (Kümmerle et al. 2009): ground truth where there is no map.
+//! A hand-checked relation between two scans of a log (Kümmerle et al. 2009): what trajectories are scored on.
 
 use crate::geometry::Pose2;
 
-/// Where the robot was at one stamp, seen from where it was at another.
+/// The true motion between two scans.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relation {
-    /// Seconds, the log's clock.
+    /// Stamp of the first scan, seconds.
     pub stamp_1_s: f64,
-    /// Seconds, the log's clock.
+    /// Stamp of the second scan, seconds.
     pub stamp_2_s: f64,
-    /// The pose at `stamp_2_s` in the robot frame at `stamp_1_s`.
+    /// The second pose seen from the first.
     pub first_from_second: Pose2,
 }

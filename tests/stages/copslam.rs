@@ -3,12 +3,12 @@
 use hitl_slam::copslam::distribute;
 use hitl_slam::geometry::{Pose2, angle_diff};
 
-use super::random::Random;
+use crate::support::Dice;
 
-fn chain(random: &mut Random, poses: usize) -> Vec<Pose2> {
+fn chain(random: &mut Dice, poses: usize) -> Vec<Pose2> {
     let mut chain = vec![random.pose()];
     for k in 1..poses {
-        let step = Pose2::new(random.uniform(0.1, 0.3), random.normal(0.02), random.normal(0.2));
+        let step = Pose2::new(random.between(0.1, 0.3), random.normal(0.02), random.normal(0.2));
         chain.push(chain[k - 1].compose(step));
     }
     chain
@@ -16,11 +16,11 @@ fn chain(random: &mut Random, poses: usize) -> Vec<Pose2> {
 
 #[test]
 fn the_last_pose_ends_exactly_on_its_target_and_the_first_stays() {
-    let mut random = Random::new(11);
+    let mut random = Dice::new(11);
     for _ in 0..200 {
         let poses = chain(&mut random, 80);
         let variances: Vec<_> =
-            (1..80).map(|_| (random.uniform(0.0, 1e-3), random.uniform(0.0, 1e-4))).collect();
+            (1..80).map(|_| (random.between(0.0, 1e-3), random.between(0.0, 1e-4))).collect();
         let target = random.pose();
         let mut bent = poses.clone();
         distribute(&mut bent, &variances, target);
@@ -32,7 +32,7 @@ fn the_last_pose_ends_exactly_on_its_target_and_the_first_stays() {
 
 #[test]
 fn every_step_turns_in_proportion_to_its_variance() {
-    let mut random = Random::new(12);
+    let mut random = Dice::new(12);
     let poses = chain(&mut random, 40);
     let variances: Vec<_> = (1..40).map(|k| (1e-4, f64::from(k) * 1e-5)).collect();
     let total: f64 = variances.iter().map(|v| v.1).sum();
@@ -49,7 +49,7 @@ fn every_step_turns_in_proportion_to_its_variance() {
 
 #[test]
 fn a_pure_translation_moves_each_pose_by_its_cumulative_share() {
-    let mut random = Random::new(13);
+    let mut random = Dice::new(13);
     let poses = chain(&mut random, 30);
     let variances: Vec<_> = (1..30).map(|k| (f64::from(k), 1.0)).collect();
     let end = poses[29];
@@ -80,7 +80,7 @@ fn zero_variances_share_equally_and_a_missing_factor_takes_everything() {
 fn ten_times_the_poses_cost_about_ten_times_the_time() {
     // The released implementation is O(n²): that would be a factor of 100.
     let time = |poses: usize| {
-        let mut random = Random::new(14);
+        let mut random = Dice::new(14);
         let poses = chain(&mut random, poses);
         let variances = vec![(1e-4, 1e-5); poses.len() - 1];
         let fastest = (0..5).map(|_| {

@@ -4,17 +4,17 @@ use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::interpret::{Caught, Options, Reach, catch};
 use hitl_slam::map::Observations;
 
-use super::random::Random;
+use crate::support::Dice;
 
 /// Poses along y = −2 (or +2) that see the wall from (0, 0) to (4, 0), 2 cm of noise; the other face lies 12 cm behind.
-fn wall(random: &mut Random, sides: &[f64], per_pose: usize) -> (Observations, Vec<Pose2>) {
+fn wall(random: &mut Dice, sides: &[f64], per_pose: usize) -> (Observations, Vec<Pose2>) {
     let mut observations = Observations::default();
     let mut poses = Vec::new();
     for &side in sides {
-        let pose = Pose2::new(random.uniform(0.0, 4.0), -2.0 * side, random.uniform(-3.0, 3.0));
+        let pose = Pose2::new(random.between(0.0, 4.0), -2.0 * side, random.between(-3.0, 3.0));
         let face = if side > 0.0 { 0.0 } else { 0.12 };
         for _ in 0..per_pose {
-            let p = Vec2::new(random.uniform(-0.5, 4.5), face + random.normal(0.01));
+            let p = Vec2::new(random.between(-0.5, 4.5), face + random.normal(0.01));
             let normal = Vec2::new(0.0, -side);
             observations.push(pose.inverse().transform_point(p), pose.inverse_rotate(normal), 2.0);
         }
@@ -31,7 +31,7 @@ fn read(observations: &Observations, poses: &[Pose2], ends: [[f64; 2]; 2]) -> Re
 
 #[test]
 fn a_stroke_drawn_5_cm_off_snaps_to_its_wall() {
-    let mut random = Random::new(31);
+    let mut random = Dice::new(31);
     let (observations, poses) = wall(&mut random, &[1.0; 10], 60);
     for _ in 0..100 {
         let off = [random.normal(0.05), random.normal(0.05)];
@@ -44,7 +44,7 @@ fn a_stroke_drawn_5_cm_off_snaps_to_its_wall() {
 
 #[test]
 fn of_a_walls_two_faces_the_better_supported_one_is_taken() {
-    let mut random = Random::new(32);
+    let mut random = Dice::new(32);
     let (observations, poses) = wall(&mut random, &[1.0, 1.0, 1.0, -1.0], 60);
     let caught = read(&observations, &poses, [[1.0, 0.05], [3.0, 0.05]]).expect("a wall");
     assert_eq!(caught.poses.iter().map(|p| p.0).collect::<Vec<_>>(), [0, 1, 2]);
@@ -58,7 +58,7 @@ fn of_a_walls_two_faces_the_better_supported_one_is_taken() {
 
 #[test]
 fn a_pose_that_saw_too_little_is_left_out_and_an_empty_stroke_says_why() {
-    let mut random = Random::new(33);
+    let mut random = Dice::new(33);
     let (mut observations, mut poses) = wall(&mut random, &[1.0; 3], 300);
     // One pose with two points on the wall.
     poses.push(Pose2::IDENTITY);
@@ -77,16 +77,16 @@ fn a_pose_that_saw_too_little_is_left_out_and_an_empty_stroke_says_why() {
 #[test]
 fn what_a_stroke_catches_is_what_a_naive_search_finds() {
     // Twin of the search that skips poses out of reach: every point of every pose is looked at.
-    let mut random = Random::new(34);
+    let mut random = Dice::new(34);
     let (mut observations, mut poses) = wall(&mut random, &[1.0; 6], 80);
     for _ in 0..30 {
         poses.push(Pose2::new(
-            random.uniform(-60.0, 60.0),
-            random.uniform(-60.0, 60.0),
-            random.uniform(-3.0, 3.0),
+            random.between(-60.0, 60.0),
+            random.between(-60.0, 60.0),
+            random.between(-3.0, 3.0),
         ));
         for _ in 0..50 {
-            let p = Vec2::new(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0));
+            let p = Vec2::new(random.between(-9.0, 9.0), random.between(-9.0, 9.0));
             observations.push(p, Vec2::zeros(), p.norm());
         }
         observations.end_pose();

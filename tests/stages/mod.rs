@@ -1,4 +1,3 @@
 mod copslam;
 mod explicit;
 mod interpret;
-pub mod random;

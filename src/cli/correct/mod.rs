@@ -114,7 +114,12 @@ fn interpret_all(corrector: &Corrector, corrections: &[Correction]) -> Result<Re
     corrections.iter().map(|c| corrector.preview(c)).collect()
 }
 
-fn write_outputs(args: &Args, map: &SlamMap, before: Option<&SlamMap>, reports: &[CorrectionReport]) -> Result<()> {
+fn write_outputs(
+    args: &Args,
+    map: &SlamMap,
+    before: Option<&SlamMap>,
+    reports: &[CorrectionReport],
+) -> Result<()> {
     if let (Some(folder), Some(before)) = (&args.pictures, before) {
         pictures::write(folder, before, map, reports, args.interpret_only)?;
     }

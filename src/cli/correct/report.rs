@@ -70,7 +70,12 @@ struct Stroke {
 
 impl Report {
     /// Gathers everything.
-    pub fn new(corrector: &Corrector, tunables: &Tunables, reports: &[CorrectionReport], total_ms: f64) -> Self {
+    pub fn new(
+        corrector: &Corrector,
+        tunables: &Tunables,
+        reports: &[CorrectionReport],
+        total_ms: f64,
+    ) -> Self {
         let map = corrector.map();
         Report {
             version: env!("CARGO_PKG_VERSION"),

@@ -1,0 +1,11 @@
+//! Readers and writers.
+
+mod atomic;
+mod carmen;
+mod corrections;
+mod detect;
+mod g2o;
+mod native;
+mod prefixes;
+mod stfs;
+mod tum;
