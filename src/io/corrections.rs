@@ -149,11 +149,13 @@ fn points(value: Option<&Value>) -> Checked<[Vec2; 2]> {
         *point = Vec2::new(x, y);
     }
     let length_m = (points[1] - points[0]).norm();
-    if length_m > 0.0 && length_m.is_finite() {
-        Ok(points)
-    } else {
-        Err("found a stroke of zero length, expected two different points".into())
+    if !length_m.is_finite() {
+        return Err("found a stroke of infinite length, expected metres".into());
     }
+    if length_m == 0.0 {
+        return Err("found a stroke of zero length, expected two different points".into());
+    }
+    Ok(points)
 }
 
 fn describe_field(value: Option<&Value>) -> String {

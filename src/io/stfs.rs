@@ -136,7 +136,8 @@ fn step_information(values: &[f64; 9], pose: Pose2) -> std::result::Result<Infor
     if (c - c.transpose()).amax() > 1e-6 * c.amax() {
         return Err("found an asymmetric matrix, expected a symmetric one".into());
     }
-    Ok(Information::from_covariance(c)?.rotated(-pose.theta_rad))
+    // Rotation leaves the last bit asymmetric; made symmetric here, a file gives back what was written.
+    Information::new(Information::from_covariance(c)?.rotated(-pose.theta_rad).matrix())
 }
 
 /// Writes the chain and the points of a map; loop closures and human factors have no place in this format.
