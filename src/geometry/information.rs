@@ -70,7 +70,9 @@ impl Information {
     pub fn rotated(&self, angle_rad: f64) -> Self {
         let (s, c) = angle_rad.sin_cos();
         let r = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
-        Information { matrix: r * self.matrix * r.transpose() }
+        let turned = r * self.matrix * r.transpose();
+        // Rounding must not leave it asymmetric in the last bit: maps are written and read bit for bit.
+        Information { matrix: (turned + turned.transpose()) / 2.0 }
     }
 
     /// eᵀΩe.
