@@ -1,5 +1,7 @@
 //! Levenberg–Marquardt, as prose: a step counts only if the true cost falls.
 
+use std::time::Instant;
+
 use super::normal_equations::NormalEquations;
 use super::{Block, Iteration, Options, Problem, Report, Termination, cost};
 use crate::error::Result;
@@ -20,21 +22,19 @@ pub fn minimize(
     held: &[usize],
     options: &Options,
 ) -> Result<Report> {
-    let initial_cost = cost(problem, x);
-    let mut report = Report {
-        initial_cost,
-        final_cost: initial_cost,
-        iterations: Vec::new(),
-        termination: Termination::NotFinite,
-    };
-    if !initial_cost.is_finite() {
+    let start = Instant::now();
+    let mut report = Report::new(cost(problem, x), Termination::NotFinite);
+    if !report.initial_cost.is_finite() {
         return Ok(report);
     }
     if problem.terms() == 0 || held.len() >= x.len() {
         report.termination = Termination::NothingToOptimize;
         return Ok(report);
     }
+    let order = Instant::now();
     let mut equations = NormalEquations::new(problem, x.len(), held)?;
+    report.timings.order_ms = milliseconds(order);
+    let iterate = Instant::now();
     let mut damping = options.initial_damping;
     report.termination = loop {
         if report.accepted_steps() >= options.max_iterations {
@@ -46,6 +46,8 @@ pub fn minimize(
             None => continue,
         }
     };
+    report.timings.iterate_ms = milliseconds(iterate);
+    report.timings.total_ms = milliseconds(start);
     Ok(report)
 }
 
@@ -101,4 +103,8 @@ fn descend(
 
 fn raised(damping: f64) -> f64 {
     (10.0 * damping).max(1e-6)
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
 }
