@@ -15,6 +15,9 @@ void InitialiseOnce() {
     // Settings from the environment (GLOG_logtostderr and the like) do not apply to a library that must be silent.
     FLAGS_logtostderr = false;
     FLAGS_alsologtostderr = false;
+    // At verbosity 2 Ceres lets CHOLMOD print its statistics to stdout.
+    FLAGS_v = 0;
+    FLAGS_vmodule = "";
     google::InitGoogleLogging("hitl");
     for (int severity = 0; severity < google::NUM_SEVERITIES; ++severity) {
       // An empty name: no file. Without this, glog leaves files in the folder for temporary ones.

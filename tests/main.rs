@@ -1,1 +1,6 @@
+//! All integration tests, one binary.
 
+#[macro_use]
+mod support;
+
+mod joint;
