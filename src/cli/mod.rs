@@ -7,9 +7,12 @@ use hitl_slam::error::{Error, Result};
 
 mod report;
 
+/// `--version`: the program's, and what it can solve with.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\nback ends: ", env!("HITL_BACK_ENDS"));
+
 /// Repairs bent 2D lidar maps: draw two strokes, say how they relate, and the whole map follows.
 #[derive(Parser)]
-#[command(name = "hitl", version, max_term_width = 100)]
+#[command(name = "hitl", version = VERSION, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

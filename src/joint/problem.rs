@@ -171,6 +171,10 @@ impl TermKind {
 impl JointProblem {
     /// Kind of a term and its index within its kind; `None` beyond the last term.
     pub fn kind_of(&self, term: usize) -> Option<(TermKind, usize)> {
+        // Nearly all terms of nearly all problems.
+        if term < self.relatives.len() {
+            return Some((TermKind::Relative, term));
+        }
         let mut k = term;
         for (kind, count) in self.counts() {
             if k < count {

@@ -69,9 +69,9 @@ pub(super) fn problem(problem: &JointProblem) -> ffi::Problem {
 
 /// The options, translated.
 ///
-/// Tolerances are below those of our own solver, so that the two can be compared: Ceres stops when a step has changed
-/// the cost by less, ours when one promises to.
-pub(super) fn options(stopping: &solver::Options, options: &Options) -> ffi::Options {
+/// Ceres stops when a step has changed the cost by too little, ours when one promises to: its tolerance of the cost is
+/// below ours, so that the two can be compared. Its tolerance of the step is a share of ‖x‖, `size`.
+pub(super) fn options(stopping: &solver::Options, options: &Options, size: f64) -> ffi::Options {
     ffi::Options {
         trust_region: match options.trust_region {
             TrustRegion::LevenbergMarquardt => 0,
@@ -87,7 +87,7 @@ pub(super) fn options(stopping: &solver::Options, options: &Options) -> ffi::Opt
         max_accepted_steps: stopping.max_iterations,
         function_tolerance: stopping.relative_decrease * 1e-2,
         gradient_tolerance: 1e-12,
-        parameter_tolerance: stopping.step * 1e-3,
+        parameter_tolerance: stopping.step / size.max(1.0),
         initial_radius: 1.0 / stopping.initial_damping,
     }
 }

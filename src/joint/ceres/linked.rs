@@ -40,8 +40,9 @@ pub fn solve(problem: &mut JointProblem, stopping: &solver::Options, options: &O
     if problem.terms() == 0 || problem.held.len() >= x.len() {
         return Ok(Report::new(initial_cost, Termination::NothingToOptimize));
     }
-    let solution =
-        ffi::solve(&convert::problem(problem), &convert::options(stopping, options)).map_err(fault)?;
+    let size = x.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+    let chosen = convert::options(stopping, options, size);
+    let solution = ffi::solve(&convert::problem(problem), &chosen).map_err(fault)?;
     let mut report = Report::new(solution.initial_cost, termination(&solution, stopping));
     report.final_cost = solution.final_cost;
     report.iterations = iterations(&solution.iterations);
