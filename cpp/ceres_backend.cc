@@ -55,7 +55,8 @@ void AppendTerm(const Term& term, Evaluation& to) {
     for (int row = 0; row < kPadded; ++row) {
       for (int column = 0; column < kPadded; ++column) {
         const bool there = row < rows && column < sizes[k];
-        to.jacobians.push_back(there ? jacobians[k][static_cast<std::size_t>(row * sizes[k] + column)] : 0.0);
+        to.jacobians.push_back(
+            there ? jacobians[k][static_cast<std::size_t>(row * sizes[k] + column)] : 0.0);
       }
     }
   }
@@ -138,7 +139,8 @@ Evaluation evaluate(const Problem& problem) {
   for (const Term& term : terms) AppendTerm(term, evaluation);
   ceres::Problem whole;
   Fill(problem, blocks, std::move(terms), whole);
-  if (!whole.Evaluate(ceres::Problem::EvaluateOptions(), &evaluation.cost, nullptr, nullptr, nullptr)) {
+  if (!whole.Evaluate(ceres::Problem::EvaluateOptions(), &evaluation.cost, nullptr, nullptr,
+                      nullptr)) {
     throw std::runtime_error("the problem cannot be evaluated");
   }
   return evaluation;
@@ -170,8 +172,8 @@ Solution solve(const Problem& problem, const Options& options) {
   solution.initial_cost = summary.initial_cost;
   solution.final_cost = summary.final_cost;
   for (const ceres::IterationSummary& row : summary.iterations) {
-    solution.iterations.push_back({row.cost, row.gradient_max_norm, row.step_norm, row.trust_region_radius,
-                                   row.step_is_successful});
+    solution.iterations.push_back({row.cost, row.gradient_max_norm, row.step_norm,
+                                   row.trust_region_radius, row.step_is_successful});
   }
   solution.preprocess_ms = summary.preprocessor_time_in_seconds * kMilliseconds;
   solution.minimize_ms = summary.minimizer_time_in_seconds * kMilliseconds;

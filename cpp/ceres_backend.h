@@ -23,7 +23,8 @@ Solution solve(const Problem& problem, const Options& options);
 
 namespace rust::behavior {
 
-// Every exception becomes a Rust error; cxx's own version lets those that are not std::exception end the process.
+// Every exception becomes a Rust error; cxx's own version lets those that are not std::exception
+// end the process.
 template <typename Try, typename Fail>
 static void trycatch(Try&& func, Fail&& fail) noexcept try {
   func();

@@ -12,14 +12,16 @@ void InitialiseOnce() {
   static std::once_flag once;
   std::call_once(once, [] {
     if (google::IsGoogleLoggingInitialized()) return;
-    // Settings from the environment (GLOG_logtostderr and the like) do not apply to a library that must be silent.
+    // Settings from the environment (GLOG_logtostderr and the like) do not apply to a library that
+    // must be silent.
     FLAGS_logtostderr = false;
     FLAGS_alsologtostderr = false;
     // At verbosity 2 Ceres lets CHOLMOD print its statistics to stdout.
     FLAGS_v = 0;
     FLAGS_vmodule = "";
     google::InitGoogleLogging("hitl");
-    for (int severity = 0; severity < google::NUM_SEVERITIES; ++severity) {
+    for (const auto severity :
+         {google::GLOG_INFO, google::GLOG_WARNING, google::GLOG_ERROR, google::GLOG_FATAL}) {
       // An empty name: no file. Without this, glog leaves files in the folder for temporary ones.
       google::SetLogDestination(severity, "");
     }
@@ -43,8 +45,9 @@ class LogCapture::Sink : public google::LogSink {
   ~Sink() override { google::RemoveLogSink(this); }
 
   using google::LogSink::send;
-  void send(google::LogSeverity severity, const char* /*full_filename*/, const char* /*base_filename*/, int /*line*/,
-            const google::LogMessageTime& /*time*/, const char* message, size_t length) override {
+  void send(google::LogSeverity severity, const char* /*full_filename*/,
+            const char* /*base_filename*/, int /*line*/, const google::LogMessageTime& /*time*/,
+            const char* message, size_t length) override {
     if (severity < google::GLOG_WARNING) return;
     const std::lock_guard<std::mutex> lock(lines_mutex_);
     if (lines_.size() < kMostLines) lines_.emplace_back(message, length);

@@ -1,5 +1,5 @@
-// The residuals R1…R6 as functors for automatic differentiation: twins of src/joint/factors, in the same order and with
-// the same rows. Formulas: docs/MATH.md. They neither throw nor print.
+// The residuals R1…R6 as functors for automatic differentiation: twins of src/joint/factors, in the
+// same order and with the same rows. Formulas: docs/MATH.md. They neither throw nor print.
 #ifndef HITL_CPP_RESIDUALS_H_
 #define HITL_CPP_RESIDUALS_H_
 
@@ -108,7 +108,8 @@ struct RelationResidual {
   }
 };
 
-// The sum of R5: squared distances of one pose's points to the segment, ends included. Blocks: pose, start, end.
+// The sum of R5: squared distances of one pose's points to the segment, ends included. Blocks:
+// pose, start, end.
 struct SquaredDistances {
   const double* points;
   std::size_t count;

@@ -44,9 +44,9 @@ std::unique_ptr<ceres::LossFunction> MakeLoss(const Loss& loss) {
   }
 }
 
-// R5 as a whole: r = scale·√(mean + ε²) over every pose of X and both ends. The sum over a pose's points is
-// differentiated automatically; the poses are chained by hand, since a Jet over all of them would cost their number
-// squared.
+// R5 as a whole: r = scale·√(mean + ε²) over every pose of X and both ends. The sum over a pose's
+// points is differentiated automatically; the poses are chained by hand, since a Jet over all of
+// them would cost their number squared.
 class FitCost final : public ceres::CostFunction {
  public:
   FitCost(const Problem& problem, const Fit& fit) : problem_(problem), fit_(fit) {
@@ -113,7 +113,8 @@ class FitCost final : public ceres::CostFunction {
 
 // Takes over nothing: the functor refers to a term of the problem, which outlives it.
 template <int kRows, int... kSizes, typename Functor, typename... Block>
-Term Differentiated(const Functor& functor, std::unique_ptr<ceres::LossFunction> loss, Block... blocks) {
+Term Differentiated(const Functor& functor, std::unique_ptr<ceres::LossFunction> loss,
+                    Block... blocks) {
   using Cost = ceres::AutoDiffCostFunction<Functor, kRows, kSizes...>;
   return {std::make_unique<Cost>(new Functor(functor)), std::move(loss), {blocks...}};
 }
@@ -142,8 +143,8 @@ std::vector<Term> MakeTerms(const Problem& problem, Blocks& blocks) {
                                             blocks.Segment(t.segment)));
   }
   for (const Relation& t : problem.relations) {
-    terms.push_back(Differentiated<3, 3, 3>(RelationResidual{t}, MakeLoss(t.loss), blocks.Segment(t.a),
-                                            blocks.Segment(t.b)));
+    terms.push_back(Differentiated<3, 3, 3>(RelationResidual{t}, MakeLoss(t.loss),
+                                            blocks.Segment(t.a), blocks.Segment(t.b)));
   }
   for (const Fit& t : problem.fits) {
     Term term{std::make_unique<FitCost>(problem, t), nullptr, {}};

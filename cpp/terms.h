@@ -1,4 +1,5 @@
-// From the bridge's plain structs to what Ceres takes: blocks of doubles and a cost function with a loss for every term.
+// From the bridge's plain structs to what Ceres takes: blocks of doubles and a cost function with a
+// loss for every term.
 #ifndef HITL_CPP_TERMS_H_
 #define HITL_CPP_TERMS_H_
 
@@ -33,7 +34,8 @@ struct Term {
   std::vector<double*> blocks;
 };
 
-// Every term, in the order of TermKind in src/joint/problem.rs. They refer to `problem` and to `blocks`.
+// Every term, in the order of TermKind in src/joint/problem.rs. They refer to `problem` and to
+// `blocks`.
 std::vector<Term> MakeTerms(const Problem& problem, Blocks& blocks);
 
 }  // namespace hitl::ceres_backend

@@ -46,9 +46,8 @@ pub fn at(problem: &JointProblem) -> Result<Differences> {
             Some(Place { kind, index, row, block, column })
         };
         let residual = residuals.next().ok_or_else(too_short)?;
-        for row in 0..3 {
-            let difference = relative(ours.residual[row], residual[row]);
-            keep_larger(&mut found.residual, difference, || place(row, None, None));
+        for (row, (&ours, &theirs)) in ours.residual.iter().zip(residual).enumerate() {
+            keep_larger(&mut found.residual, relative(ours, theirs), || place(row, None, None));
         }
         for (slot, (_, j)) in ours.jacobians.iter().enumerate() {
             let jacobian = jacobians.next().ok_or_else(too_short)?;

@@ -38,6 +38,9 @@ impl Default for Options {
     }
 }
 
+/// What both strokes caught, or the reason why not.
+pub type BothCaught = std::result::Result<[Caught; 2], String>;
+
 /// A correction on its way: where its stages 1 to 4 leave the map, ready for the joint optimisation.
 #[derive(Debug, Clone)]
 pub struct Prepared {
@@ -100,10 +103,7 @@ impl Corrector {
     ///
     /// # Errors
     /// [`crate::error::Error::Input`] for a stroke that names a pose or stamp that the map does not have.
-    pub fn interpret(
-        &self,
-        correction: &Correction,
-    ) -> Result<(Vec<Stroke>, std::result::Result<[Caught; 2], String>)> {
+    pub fn interpret(&self, correction: &Correction) -> Result<(Vec<Stroke>, BothCaught)> {
         let mut strokes = Vec::with_capacity(2);
         let mut caught = Vec::with_capacity(2);
         for (name, stroke) in [("a", &correction.a), ("b", &correction.b)] {

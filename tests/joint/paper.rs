@@ -1,12 +1,17 @@
 //! The paper's residuals to the letter, on both back ends.
 
 use hitl_slam::joint::problem::{FitSighting, FitTerm, JointProblem, RelationTerm};
-use hitl_slam::joint::{Formulation, Options};
+use hitl_slam::joint::{Backend, Formulation, Options};
 use hitl_slam::map::Mode;
 use hitl_slam::pipeline::{self, Corrector};
 use hitl_slam::solver::{Loss, Problem};
 
 use crate::support::room;
+
+fn paper(backend: Backend) -> pipeline::Options {
+    let joint = Options { formulation: Formulation::Paper, backend, ..Options::default() };
+    pipeline::Options { joint, ..Default::default() }
+}
 
 /// One pose at the origin that sees three points, one of them beyond an end of the segment from (0, 0) to (2, 0).
 fn three_points() -> JointProblem {
@@ -50,8 +55,7 @@ fn the_relation_adds_offset_and_angle_as_the_paper_does() {
 
 both_backends! {
     fn corrections_lower_the_cost_and_keep_segments_alive(backend: Backend) {
-        let mut options = pipeline::Options::default();
-        options.joint = Options { formulation: Formulation::Paper, backend, ..Options::default() };
+        let options = paper(backend);
         let mut corrector = Corrector::new(room::map(5), options).unwrap();
         let before: Vec<_> = corrector.map().poses.clone();
         let modes = [Mode::Collinear, Mode::Colocation, Mode::Parallel, Mode::Collinear];
@@ -69,8 +73,7 @@ both_backends! {
     }
 
     fn free_ends_take_over_the_segment_s_length(backend: Backend) {
-        let mut options = pipeline::Options::default();
-        options.joint = Options { formulation: Formulation::Paper, backend, ..Options::default() };
+        let options = paper(backend);
         let mut corrector = Corrector::new(room::map(6), options).unwrap();
         let drawn = 1.0;
         corrector.apply(&room::corrections([Mode::Colocation; 4])[1]).unwrap();

@@ -49,8 +49,8 @@ fn every_strategy_and_linear_solver_of_ceres_reaches_the_same_minimum() {
             LinearSolver::DenseNormalCholesky,
             LinearSolver::DenseQr,
         ] {
-            let mut options = Options::default();
-            options.ceres = ceres::Options { trust_region, linear_solver };
+            let chosen = ceres::Options { trust_region, linear_solver };
+            let options = Options { ceres: chosen, ..Options::default() };
             let mut problem = start.clone();
             let report = Backend::Ceres.solve(&mut problem, &options).unwrap();
             assert!(report.termination.converged(), "{trust_region:?} {linear_solver:?}: {report:?}");

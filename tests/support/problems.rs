@@ -155,8 +155,8 @@ pub fn solvable(seed: u64, loss: Loss, moments: bool) -> JointProblem {
         for side in 0..2 {
             let wall = [wall[0], wall[1], wall[2] + if side == 1 { turn } else { 0.0 }];
             let first = if side == 0 { factor } else { n - 6 + factor };
-            for pose in first..first + 3 {
-                add_sighting(&mut p, truth[pose], pose, wall, moments, dice);
+            for (pose, &at) in truth.iter().enumerate().skip(first).take(3) {
+                add_sighting(&mut p, at, pose, wall, moments, dice);
             }
             p.segments.push([
                 wall[0] + dice.normal(0.1),
