@@ -12,6 +12,7 @@
 #![deny(missing_docs, unsafe_code)]
 
 pub mod copslam;
+pub mod crosscheck;
 pub mod error;
 pub mod explicit;
 pub mod front_end;

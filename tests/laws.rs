@@ -17,7 +17,7 @@ fn wrapped_angles_lie_in_the_half_open_circle_and_keep_their_direction() {
     }
     assert_eq!(wrap_angle(-PI), PI);
     for _ in 0..10_000 {
-        let angle = random.between(-100.0, 100.0);
+        let angle = random.uniform(-100.0, 100.0);
         let wrapped = wrap_angle(angle);
         assert!(wrapped > -PI && wrapped <= PI);
         assert!((wrapped.sin() - angle.sin()).abs() < 1e-12 && (wrapped.cos() - angle.cos()).abs() < 1e-12);
@@ -29,7 +29,7 @@ fn poses_form_a_group_also_near_plus_minus_pi() {
     let mut random = Dice::new(2);
     for _ in 0..1000 {
         let (a, b, c) = (random.pose(), random.pose(), random.pose());
-        let p = Vec2::new(random.between(-9.0, 9.0), random.between(-9.0, 9.0));
+        let p = Vec2::new(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0));
         close(a.compose(a.inverse()), Pose2::IDENTITY);
         close(a.compose(a.between(b)), b);
         close(a.compose(b).compose(c), a.compose(b.compose(c)));

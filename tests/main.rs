@@ -1,11 +1,17 @@
 //! All integration tests, one binary: it links once.
 
+/// Scratch folders, shared data, random input, and the macro that runs a test on both back ends.
+#[macro_use]
+mod support;
+
 /// A made-up building with known truth.
 mod building;
 /// Readers and writers: round trips, exact messages, every prefix of every format, the real logs.
 mod formats;
 /// From a raw log to a map.
 mod front_end;
+/// The joint problem: factors, both back ends, the paper's literal form, malformed problems.
+mod joint;
 /// Laws of the numbers: SE(2), angles, scatter.
 mod laws;
 /// What the source tree may look like: layers, file lengths, words that must not occur.
@@ -20,5 +26,3 @@ mod render;
 mod simulate;
 /// Each stage of the pipeline by itself.
 mod stages;
-/// Scratch folders, the shared data where they are, and seeded random maps.
-mod support;

@@ -6,18 +6,24 @@ use clap::{Parser, Subcommand};
 use hitl_slam::error::{Error, Result};
 
 mod correct;
+mod crosscheck;
 mod evaluate;
 mod import;
 mod info;
 mod load;
+mod optimize;
 mod picture;
 mod render;
 mod report;
 mod simulate;
+mod tunables;
+
+/// `--version`: the program's, and what it can solve with.
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\nback ends: ", env!("HITL_BACK_ENDS"));
 
 /// Repairs bent 2D lidar maps: draw two strokes, say how they relate, and the whole map follows.
 #[derive(Parser)]
-#[command(name = "hitl", version, max_term_width = 100)]
+#[command(name = "hitl", version = VERSION, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -28,6 +34,8 @@ enum Command {
     Info(info::Args),
     Import(import::Args),
     Correct(correct::Args),
+    Crosscheck(crosscheck::Args),
+    Optimize(optimize::Args),
     Evaluate(evaluate::Args),
     Render(render::Args),
     Simulate(simulate::Args),
@@ -68,6 +76,8 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(&args),
         Command::Correct(args) => correct::run(&args),
+        Command::Crosscheck(args) => crosscheck::run(&args),
+        Command::Optimize(args) => optimize::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Simulate(args) => simulate::run(&args),

@@ -1,34 +1,50 @@
-//! From a map to the joint problem: R1 for every relative factor, R2–R4 for every human factor.
+//! From a map to the joint problem: R1 for every relative factor, R2–R4 (in `paper` R5, R6) for every human factor.
 
-use super::Options;
-use super::options::Normalization;
-use super::problem::{JointProblem, RelationTerm, RelativeTerm, SightingTerm, TieTerm};
+use super::gauge;
+use super::options::{Formulation, Normalization, ObservationForm, Options};
+use super::problem::{
+    FitSighting, FitTerm, JointProblem, PointTerm, RelationTerm, RelativeTerm, SightingTerm, TieTerm,
+};
 use crate::geometry::{Pose2, Scatter};
 use crate::map::{Feature, HumanFactor, Observations, RelativeFactor, SlamMap};
 use crate::solver::Loss;
 
-/// The joint problem at `poses` and at the segments of `factors`.
+/// The joint problem at `poses` and at the segments of `factors`. Held: the map's held poses (or the first), and the
+/// first pose of every part of the graph that has none.
 pub fn build(map: &SlamMap, poses: &[Pose2], factors: &[HumanFactor], options: &Options) -> JointProblem {
     let mut problem = JointProblem {
         poses: poses.iter().map(|p| p.to_array()).collect(),
-        held: map.held_or_first(),
         relatives: map.relative_factors.iter().map(|f| relative_term(f, options.loss)).collect(),
         ..Default::default()
     };
     for factor in factors {
-        let a = add_feature(&mut problem, &factor.a, factor.weight, &map.observations, options);
-        let b = add_feature(&mut problem, &factor.b, factor.weight, &map.observations, options);
-        let root = factor.weight.sqrt();
-        problem.relations.push(RelationTerm {
-            mode: factor.mode,
-            a,
-            b,
-            offset_scale: root / options.offset_sigma_m,
-            angle_scale: root / options.angle_sigma_rad,
-            loss: options.loss,
-        });
+        match options.formulation {
+            Formulation::Smooth => {
+                let [a, b] = [&factor.a, &factor.b]
+                    .map(|f| add_feature(&mut problem, f, factor.weight, &map.observations, options));
+                problem.relations.push(relation_term(factor, a, b, options));
+            }
+            Formulation::Paper => {
+                let [a, b] = [&factor.a, &factor.b]
+                    .map(|f| add_paper_feature(&mut problem, f, factor.weight, &map.observations, options));
+                problem.paper_relations.push(relation_term(factor, a, b, options));
+            }
+        }
     }
+    problem.held = gauge::complete(&problem, &map.held_or_first());
     problem
+}
+
+fn relation_term(factor: &HumanFactor, a: usize, b: usize, options: &Options) -> RelationTerm {
+    let root = factor.weight.sqrt();
+    RelationTerm {
+        mode: factor.mode,
+        a,
+        b,
+        offset_scale: root / options.offset_sigma_m,
+        angle_scale: root / options.angle_sigma_rad,
+        loss: options.loss,
+    }
 }
 
 fn relative_term(factor: &RelativeFactor, loss: Loss) -> RelativeTerm {
@@ -65,14 +81,22 @@ fn add_feature(
     for (sighting, points) in feature.points_by_sighting(observations) {
         let scatter = Scatter::of(points.iter().map(|&p| observations.point(p as usize)));
         let (pose, mean, count) = (sighting.pose, scatter.mean.into(), scatter.count as f64);
-        problem.sightings.push(SightingTerm {
-            pose,
-            segment,
-            mean,
-            scatter_root: scatter.root,
-            count,
-            scale: per_point.sqrt() / options.observation_sigma_m,
-        });
+        let scale = per_point.sqrt() / options.observation_sigma_m;
+        match options.observation_form {
+            ObservationForm::Moments => problem.sightings.push(SightingTerm {
+                pose,
+                segment,
+                mean,
+                scatter_root: scatter.root,
+                count,
+                scale,
+            }),
+            ObservationForm::Points => {
+                let term =
+                    |&p: &u32| PointTerm { pose, segment, point: observations.points[p as usize], scale };
+                problem.points.extend(points.iter().map(term));
+            }
+        }
         if !sighting.tied {
             continue;
         }
@@ -84,5 +108,26 @@ fn add_feature(
             scale: (weight * count / tied).sqrt() / options.tie_sigma_m,
         });
     }
+    segment
+}
+
+/// Adds a feature's end points and R5; returns the segment's index among the ends.
+fn add_paper_feature(
+    problem: &mut JointProblem,
+    feature: &Feature,
+    weight: f64,
+    observations: &Observations,
+    options: &Options,
+) -> usize {
+    let segment = problem.ends.len();
+    problem.ends.push(feature.segment.ends().map(|e| [e.x, e.y]));
+    let sightings = feature
+        .points_by_sighting(observations)
+        .map(|(sighting, points)| FitSighting {
+            pose: sighting.pose,
+            points: points.iter().map(|&p| observations.points[p as usize]).collect(),
+        })
+        .collect();
+    problem.fits.push(FitTerm { segment, sightings, scale: weight.sqrt() / options.observation_sigma_m });
     segment
 }

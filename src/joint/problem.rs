@@ -1,9 +1,9 @@
 //! The joint problem as plain data: made by [`super::build`], read by every back end, owned by none.
 //!
-//! min ½ Σ ρ(‖r‖²) over poses and segments, each a block (x, y, θ): metres, metres, radians. The terms R1…R4 are
-//! defined in docs/MATH.md under the same names.
+//! min ½ Σ ρ(‖r‖²) over poses and segments, each a block (x, y, θ): metres, metres, radians; in the formulation
+//! `paper` segments are two free end points (x, y) instead. The terms R1…R6 are defined in docs/MATH.md under the
+//! same names; their order here is their order in every back end.
 
-use crate::error::{Error, Result};
 use crate::map::Mode;
 use crate::solver::Loss;
 
@@ -16,14 +16,22 @@ pub struct JointProblem {
     pub held: Vec<usize>,
     /// Start: P_a and P_b of every human factor in turn: (centre x, centre y, direction).
     pub segments: Vec<[f64; 3]>,
+    /// Start, `paper`: both ends of P_a and of P_b of every human factor in turn.
+    pub ends: Vec<[[f64; 2]; 2]>,
     /// R1.
     pub relatives: Vec<RelativeTerm>,
-    /// R2.
+    /// R2, all points of a pose at once.
     pub sightings: Vec<SightingTerm>,
+    /// R2, point by point.
+    pub points: Vec<PointTerm>,
     /// R3.
     pub ties: Vec<TieTerm>,
-    /// R4.
+    /// R4; `a` and `b` are indices into `segments`.
     pub relations: Vec<RelationTerm>,
+    /// R5: R_a and R_b of `paper`.
+    pub fits: Vec<FitTerm>,
+    /// R6: R_p of `paper`; `a` and `b` are indices into `ends`.
+    pub paper_relations: Vec<RelationTerm>,
 }
 
 /// R1, relative factor: U·[Rzᵀ(Riᵀ(tj − ti) − tz); wrap(θj − θi − θz)].
@@ -35,7 +43,7 @@ pub struct RelativeTerm {
     pub j: usize,
     /// z = (x, y, θ).
     pub measured: [f64; 3],
-    /// U, row-major 3×3, UᵀU = Ω.
+    /// U, row-major 3×3, upper triangular with a diagonal > 0, UᵀU = Ω.
     pub sqrt_information: [f64; 9],
     /// Loss on the whole term.
     pub loss: Loss,
@@ -60,6 +68,19 @@ pub struct SightingTerm {
     pub scale: f64,
 }
 
+/// R2 for a single point: its distance to the line of a segment. The sum over a pose's points is its [`SightingTerm`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointTerm {
+    /// Index of the pose.
+    pub pose: usize,
+    /// Index of the segment.
+    pub segment: usize,
+    /// The point, robot frame, metres.
+    pub point: [f64; 2],
+    /// √weight / σ, 1/m.
+    pub scale: f64,
+}
+
 /// R3, along-line tie: the mean point's coordinate along the segment stays what it was.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TieTerm {
@@ -75,7 +96,7 @@ pub struct TieTerm {
     pub scale: f64,
 }
 
-/// R4, relation of two segments.
+/// R4 and R6, relation of two segments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelationTerm {
     /// How they relate.
@@ -92,72 +113,88 @@ pub struct RelationTerm {
     pub loss: Loss,
 }
 
+/// R5, the paper's R_a or R_b: the root of the mean over S of the squared distance to the segment, ends included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitTerm {
+    /// Index into [`JointProblem::ends`].
+    pub segment: usize,
+    /// S by pose, ascending, none empty.
+    pub sightings: Vec<FitSighting>,
+    /// √weight / σ, 1/m.
+    pub scale: f64,
+}
+
+/// The points of S that one pose saw.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitSighting {
+    /// Index of the pose.
+    pub pose: usize,
+    /// Robot frame, metres.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// What a term is. The order is that of the terms in a problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TermKind {
+    /// R1.
+    Relative,
+    /// R2, all points of a pose at once.
+    Sighting,
+    /// R2, point by point.
+    Point,
+    /// R3.
+    Tie,
+    /// R4.
+    Relation,
+    /// R5.
+    Fit,
+    /// R6.
+    PaperRelation,
+}
+
+impl TermKind {
+    /// snake_case name, as in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            TermKind::Relative => "relative",
+            TermKind::Sighting => "sighting",
+            TermKind::Point => "point",
+            TermKind::Tie => "tie",
+            TermKind::Relation => "relation",
+            TermKind::Fit => "fit",
+            TermKind::PaperRelation => "paper_relation",
+        }
+    }
+}
+
 impl JointProblem {
-    /// Checks what every back end relies on: indices in range, finite numbers, positive scales, something held.
-    ///
-    /// # Errors
-    /// [`Error::Input`] at `joint problem` that names the term.
-    pub fn validate(&self) -> Result<()> {
-        let (n, m) = (self.poses.len(), self.segments.len());
-        let fail = |message: String| Err(Error::input("joint problem", message));
-        let blocks = self.poses.iter().chain(&self.segments);
-        if let Some(k) = blocks.flatten().position(|v| !v.is_finite()) {
-            return fail(format!(
-                "block {}: found a value that is not finite, expected finite numbers",
-                k / 3
-            ));
+    /// Kind of a term and its index within its kind; `None` beyond the last term.
+    pub fn kind_of(&self, term: usize) -> Option<(TermKind, usize)> {
+        // Nearly all terms of nearly all problems.
+        if term < self.relatives.len() {
+            return Some((TermKind::Relative, term));
         }
-        if self.held.is_empty()
-            || !self.held.windows(2).all(|w| w[0] < w[1])
-            || self.held.iter().any(|&h| h >= n)
-        {
-            return fail(format!(
-                "found held poses {:?}, expected at least one, ascending, below {n}",
-                self.held
-            ));
+        let mut k = term;
+        for (kind, count) in self.counts() {
+            if k < count {
+                return Some((kind, k));
+            }
+            k -= count;
         }
-        for (k, t) in self.relatives.iter().enumerate() {
-            if t.i >= n || t.j >= n || t.i == t.j {
-                return fail(format!(
-                    "relative term {k}: found poses {} and {}, expected two below {n}",
-                    t.i, t.j
-                ));
-            }
-            if !t.measured.iter().chain(&t.sqrt_information).all(|v| v.is_finite()) {
-                return fail(format!(
-                    "relative term {k}: found a value that is not finite, expected finite numbers"
-                ));
-            }
-        }
-        let sighted = self
-            .sightings
-            .iter()
-            .map(|t| (t.pose, t.segment, t.scale, [t.mean, [t.count, t.count]], t.scatter_root));
-        let tied =
-            self.ties.iter().map(|t| (t.pose, t.segment, t.scale, [t.mean, [t.along, t.along]], [0.0; 3]));
-        for (k, (pose, segment, scale, numbers, more)) in sighted.chain(tied).enumerate() {
-            if pose >= n || segment >= m {
-                return fail(format!(
-                    "human term {k}: found pose {pose} and segment {segment}, expected below {n} and {m}"
-                ));
-            }
-            if !(scale > 0.0 && scale.is_finite())
-                || !numbers.iter().flatten().chain(&more).all(|v| v.is_finite())
-            {
-                return fail(format!("human term {k}: found scale {scale} or a value that is not finite"));
-            }
-        }
-        for (k, t) in self.relations.iter().enumerate() {
-            if t.a >= m || t.b >= m || t.a == t.b {
-                return fail(format!(
-                    "relation {k}: found segments {} and {}, expected two below {m}",
-                    t.a, t.b
-                ));
-            }
-            if ![t.offset_scale, t.angle_scale].iter().all(|s| *s > 0.0 && s.is_finite()) {
-                return fail(format!("relation {k}: found a scale that is not a number > 0"));
-            }
-        }
-        Ok(())
+        None
+    }
+
+    /// Number of terms of every kind, in order.
+    pub fn counts(&self) -> [(TermKind, usize); 7] {
+        [
+            (TermKind::Relative, self.relatives.len()),
+            (TermKind::Sighting, self.sightings.len()),
+            (TermKind::Point, self.points.len()),
+            (TermKind::Tie, self.ties.len()),
+            (TermKind::Relation, self.relations.len()),
+            (TermKind::Fit, self.fits.len()),
+            (TermKind::PaperRelation, self.paper_relations.len()),
+        ]
     }
 }

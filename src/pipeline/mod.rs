@@ -16,6 +16,7 @@ use crate::geometry::{Pose2, Segment, Vec2, angle_diff};
 use crate::interpret::{self, Caught, Reach, Split};
 use crate::joint;
 use crate::map::{Correction, Feature, HumanFactor, Mode, SlamMap};
+use crate::solver;
 
 /// A jump is spread over at least this many edges, widening the gap into X_a and X_b if need be.
 const MIN_GAP_EDGES: usize = 10;
@@ -35,6 +36,20 @@ impl Default for Options {
     fn default() -> Self {
         Options { interpret: Default::default(), joint: Default::default(), initial_guess: true }
     }
+}
+
+/// What both strokes caught, or the reason why not.
+pub type BothCaught = std::result::Result<[Caught; 2], String>;
+
+/// A correction on its way: where its stages 1 to 4 leave the map, ready for the joint optimisation.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// Start of the optimisation.
+    pub poses: Vec<Pose2>,
+    /// The map's human factors and, last, the new one.
+    pub factors: Vec<HumanFactor>,
+    report: CorrectionReport,
+    start: Instant,
 }
 
 /// A map under correction.
@@ -62,6 +77,11 @@ impl Corrector {
         let reach = Reach::new(&map.observations);
         let chain_variances = copslam::chain_variances(&map);
         Ok(Corrector { map, options, reach, chain_variances })
+    }
+
+    /// The options it was made with.
+    pub fn options(&self) -> &Options {
+        &self.options
     }
 
     /// The map as it stands.
@@ -136,22 +156,45 @@ impl Corrector {
     /// # Errors
     /// As [`Corrector::preview`]; a correction that is merely not applicable is no error.
     pub fn apply(&mut self, correction: &Correction) -> Result<CorrectionReport> {
+        let mut prepared = match self.prepare(correction)? {
+            Ok(prepared) => prepared,
+            Err(report) => return Ok(*report),
+        };
+        let stage = Instant::now();
+        let Prepared { poses, factors, .. } = &mut prepared;
+        let solve = joint::optimize(&self.map, poses, factors, &self.options.joint)?;
+        prepared.report.timings.optimize_ms = milliseconds(stage);
+        Ok(self.conclude(prepared, &solve))
+    }
+
+    /// Stages 1 to 4 of one correction: all that comes before the joint optimisation. The map stays as it is.
+    /// The inner error is the report of a rejected correction.
+    ///
+    /// # Errors
+    /// As [`Corrector::interpret`].
+    pub fn prepare(
+        &self,
+        correction: &Correction,
+    ) -> Result<std::result::Result<Prepared, Box<CorrectionReport>>> {
         let start = Instant::now();
         let (mut report, understood) = self.understand(correction)?;
-        let Some((factor, split)) = understood else { return Ok(report) };
+        let Some((factor, split)) = understood else { return Ok(Err(Box::new(report))) };
         let mut poses = self.map.poses.clone();
         if self.options.initial_guess {
             self.guess(&factor, split, &mut poses, &mut report);
         }
-        let stage = Instant::now();
         let mut factors = self.map.human_factors.clone();
         factors.push(factor);
-        let solve = joint::optimize(&self.map, &mut poses, &mut factors, &self.options.joint)?;
-        report.timings.optimize_ms = milliseconds(stage);
-        report.solved(&solve);
+        Ok(Ok(Prepared { poses, factors, report, start }))
+    }
+
+    /// Takes a solved correction into the map; the report says whether it was accepted.
+    pub fn conclude(&mut self, prepared: Prepared, solve: &solver::Report) -> CorrectionReport {
+        let Prepared { poses, factors, mut report, start } = prepared;
+        report.solved(solve);
         if !solve.final_cost.is_finite() || poses.iter().any(|p| !p.is_finite()) {
             report.refuse("the joint optimisation did not give finite numbers".into());
-            return Ok(report);
+            return report;
         }
         if let Some(factor) = factors.last() {
             report.after(factor, factor_chi2(&self.map, &poses, factor, &self.options.joint));
@@ -159,7 +202,7 @@ impl Corrector {
         self.map.poses = poses;
         self.map.human_factors = factors;
         report.timings.total_ms = milliseconds(start);
-        Ok(report)
+        report
     }
 
     /// The human factor, directions aligned so that sin Δφ (cos Δφ) has its zero in reach; `None`: ambiguous.

@@ -1,5 +1,7 @@
 //! Levenberg–Marquardt, as prose: a step counts only if the true cost falls.
 
+use std::time::Instant;
+
 use super::normal_equations::NormalEquations;
 use super::{Block, Iteration, Options, Problem, Report, Termination, cost};
 use crate::error::Result;
@@ -8,6 +10,10 @@ use crate::error::Result;
 const NEGLIGIBLE_DAMPING: f64 = 1e-15;
 /// λ above which the step is so short that more damping cannot help.
 const HOPELESS_DAMPING: f64 = 1e12;
+
+/// A last step up to this size is taken although the cost cannot show what it gains; one that is longer and still gains
+/// nothing lies along a direction that nothing determines.
+const LONGEST_LAST_STEP: f64 = 1e-4;
 
 /// Minimises the problem from `x`; `held` (ascending) are blocks that must not move.
 /// `x` holds the best point found, whatever the termination.
@@ -20,21 +26,19 @@ pub fn minimize(
     held: &[usize],
     options: &Options,
 ) -> Result<Report> {
-    let initial_cost = cost(problem, x);
-    let mut report = Report {
-        initial_cost,
-        final_cost: initial_cost,
-        iterations: Vec::new(),
-        termination: Termination::NotFinite,
-    };
-    if !initial_cost.is_finite() {
+    let start = Instant::now();
+    let mut report = Report::new(cost(problem, x), Termination::NotFinite);
+    if !report.initial_cost.is_finite() {
         return Ok(report);
     }
     if problem.terms() == 0 || held.len() >= x.len() {
         report.termination = Termination::NothingToOptimize;
         return Ok(report);
     }
+    let order = Instant::now();
     let mut equations = NormalEquations::new(problem, x.len(), held)?;
+    report.timings.order_ms = milliseconds(order);
+    let iterate = Instant::now();
     let mut damping = options.initial_damping;
     report.termination = loop {
         if report.accepted_steps() >= options.max_iterations {
@@ -46,6 +50,8 @@ pub fn minimize(
             None => continue,
         }
     };
+    report.timings.iterate_ms = milliseconds(iterate);
+    report.timings.total_ms = milliseconds(start);
     Ok(report)
 }
 
@@ -72,6 +78,16 @@ fn descend(
         let promised = -0.5 * delta.iter().zip(&equations.gradient).map(|(d, g)| d * g).sum::<f64>();
         let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
         if rounding || step_max <= options.step {
+            if step_max > options.step && step_max < LONGEST_LAST_STEP {
+                let row = Iteration {
+                    cost: report.final_cost,
+                    gradient_max,
+                    step_max,
+                    damping: *damping,
+                    accepted: true,
+                };
+                take_last_step(problem, x, equations.moved(x, &delta), row, options, report);
+            }
             return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
         }
         let candidate = equations.moved(x, &delta);
@@ -99,6 +115,28 @@ fn descend(
     }
 }
 
+/// Where a step promises less than rounding of the cost can show, poses still gain digits by it along weak directions.
+/// It is taken if the cost stays the same up to rounding.
+fn take_last_step(
+    problem: &dyn Problem,
+    x: &mut Vec<Block>,
+    candidate: Vec<Block>,
+    row: Iteration,
+    options: &Options,
+    report: &mut Report,
+) {
+    let candidate_cost = cost(problem, &candidate);
+    if candidate_cost - report.final_cost <= options.relative_decrease * report.final_cost {
+        *x = candidate;
+        report.final_cost = report.final_cost.min(candidate_cost);
+        report.iterations.push(Iteration { cost: report.final_cost, ..row });
+    }
+}
+
 fn raised(damping: f64) -> f64 {
     (10.0 * damping).max(1e-6)
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
 }

@@ -16,6 +16,14 @@ pub enum Loss {
 }
 
 impl Loss {
+    /// c, if it has one.
+    pub fn scale(self) -> Option<f64> {
+        match self {
+            Loss::None => None,
+            Loss::Huber(c) | Loss::Cauchy(c) | Loss::GemanMcClure(c) => Some(c),
+        }
+    }
+
     /// ρ(s).
     pub fn rho(self, s: f64) -> f64 {
         match self {

@@ -1,6 +1,6 @@
 //! Generic sparse nonlinear least squares: min ½ Σₖ ρ(‖rₖ(x)‖²). Knows no poses, no maps.
 //!
-//! x is a list of blocks of three numbers; every term rₖ has at most three rows and depends on two blocks at most.
+//! x is a list of blocks of three numbers; every term rₖ has at most three rows and depends on any number of blocks.
 //! Levenberg–Marquardt on the normal equations H δ = −g, H = Σ ρ′ JᵀJ, g = Σ ρ′ Jᵀr, with a sparse Cholesky
 //! factorisation whose ordering and pattern are computed once. Results do not depend on the machine's threads.
 
@@ -12,7 +12,7 @@ mod report;
 
 pub use lm::minimize;
 pub use loss::Loss;
-pub use report::{Iteration, Report, Termination};
+pub use report::{Iteration, Report, Termination, Timings};
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -24,8 +24,13 @@ pub trait Problem {
     /// Number of terms.
     fn terms(&self) -> usize;
 
-    /// The two blocks that a term depends on; must differ.
-    fn blocks_of(&self, term: usize) -> (usize, usize);
+    /// Appends the blocks that a term depends on, all different, in the order of [`Problem::linearize`].
+    fn blocks_of(&self, term: usize, blocks: &mut Vec<usize>);
+
+    /// How many numbers of a block are unknowns, 1 to 3; the rest is padding that never moves.
+    fn dimension(&self, _block: usize) -> usize {
+        3
+    }
 
     /// The loss of a term.
     fn loss_of(&self, term: usize) -> Loss;
@@ -33,19 +38,25 @@ pub trait Problem {
     /// r at x: 3×1, whitened; rows that a term does not have are zero.
     fn residual(&self, term: usize, x: &[Block]) -> Vector3<f64>;
 
-    /// r at x with its Jacobians: 3×3 each, rows as r, columns as the block.
-    fn linearize(&self, term: usize, x: &[Block]) -> Linearization;
+    /// r at x with its Jacobians, into `at`, which comes cleared.
+    fn linearize(&self, term: usize, x: &[Block], at: &mut Linearization);
 }
 
-/// A term at a point.
-#[derive(Debug, Clone, Copy)]
+/// A term at a point. One is reused for all terms, so that linearising allocates nothing.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Linearization {
     /// r, whitened, 3×1.
     pub residual: Vector3<f64>,
-    /// ∂r/∂(first block), 3×3.
-    pub j_first: Matrix3<f64>,
-    /// ∂r/∂(second block), 3×3.
-    pub j_second: Matrix3<f64>,
+    /// (block, ∂r/∂block): 3×3 each, rows as r, columns as the block; columns of padding are zero.
+    pub jacobians: Vec<(usize, Matrix3<f64>)>,
+}
+
+impl Linearization {
+    /// Ready for the next term.
+    pub fn clear(&mut self) {
+        self.residual = Vector3::zeros();
+        self.jacobians.clear();
+    }
 }
 
 /// When to stop and how to damp.

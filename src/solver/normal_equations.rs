@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::cholesky::Cholesky;
-use super::{Block, Problem};
+use super::{Block, Linearization, Problem};
 use crate::error::Result;
 
 /// Where a 3×3 block of H sits: its block row within its block column.
@@ -19,8 +19,11 @@ pub(super) struct NormalEquations {
     unknown: Vec<Option<usize>>,
     /// Block columns: ascending block rows, the diagonal first.
     block_rows: Vec<Vec<usize>>,
-    /// Off-diagonal slot of each term with two free blocks.
+    /// Off-diagonal slots: for each term in turn every pair of its blocks, (0, 1), (0, 2), … (1, 2), …; `None`
+    /// where one of the two is held.
     slots: Vec<Option<Slot>>,
+    /// Scalar entries of the diagonal that belong to padding: kept at one so that H stays regular.
+    padding: Vec<usize>,
     column_starts: Vec<usize>,
     rows: Vec<usize>,
     values: Vec<f64>,
@@ -42,32 +45,43 @@ impl NormalEquations {
             }
         }
         let mut block_rows: Vec<Vec<usize>> = (0..free).map(|u| vec![u]).collect();
-        let pair = |term: usize| {
-            let (a, b) = problem.blocks_of(term);
-            let (a, b) = (unknown[a]?, unknown[b]?);
-            Some((a.min(b), a.max(b)))
-        };
-        for (column, row) in (0..problem.terms()).filter_map(pair) {
-            block_rows[column].push(row);
+        let mut pairs = Vec::with_capacity(problem.terms());
+        let mut touched = Vec::new();
+        for term in 0..problem.terms() {
+            touched.clear();
+            problem.blocks_of(term, &mut touched);
+            for (k, &a) in touched.iter().enumerate() {
+                for &b in &touched[k + 1..] {
+                    let pair = unknown[a].zip(unknown[b]).map(|(a, b)| (a.min(b), a.max(b)));
+                    if let Some((column, row)) = pair {
+                        block_rows[column].push(row);
+                    }
+                    pairs.push(pair);
+                }
+            }
         }
         for rows in &mut block_rows {
             rows.sort_unstable();
             rows.dedup();
         }
-        let slots = (0..problem.terms())
-            .map(|term| {
-                let (column, row) = pair(term)?;
-                Some(Slot { column, place: block_rows[column].binary_search(&row).ok()? })
-            })
-            .collect();
+        let slot = |(column, row): (usize, usize)| {
+            Some(Slot { column, place: block_rows[column].binary_search(&row).ok()? })
+        };
+        let slots = pairs.into_iter().map(|pair| pair.and_then(slot)).collect();
         let (column_starts, rows) = expand(&block_rows);
         let cholesky = Cholesky::new(&column_starts, &rows)?;
+        let padding = (0..blocks)
+            .filter_map(|block| Some((block, unknown[block]?)))
+            .flat_map(|(block, u)| (problem.dimension(block)..3).map(move |k| 3 * u + k))
+            .map(|scalar| column_starts[scalar])
+            .collect();
         let values = vec![0.0; rows.len()];
         let damped = values.clone();
         Ok(NormalEquations {
             unknown,
             block_rows,
             slots,
+            padding,
             column_starts,
             rows,
             values,
@@ -86,24 +100,34 @@ impl NormalEquations {
     pub fn assemble(&mut self, problem: &dyn Problem, x: &[Block]) {
         self.values.fill(0.0);
         self.gradient.fill(0.0);
+        let mut slots = self.slots.iter().copied();
+        let mut at = Linearization::default();
+        let mut sums = Accumulator { values: &mut self.values, column_starts: &self.column_starts };
         for term in 0..problem.terms() {
-            let (first, second) = problem.blocks_of(term);
-            let l = problem.linearize(term, x);
-            let w = problem.loss_of(term).weight(l.residual.norm_squared());
-            let sides = [(self.unknown[first], l.j_first), (self.unknown[second], l.j_second)];
-            for (unknown, j) in sides {
-                let Some(u) = unknown else { continue };
-                self.add(Slot { column: u, place: 0 }, &(j.transpose() * j * w));
-                let g: Vector3<f64> = j.transpose() * l.residual * w;
-                for k in 0..3 {
-                    self.gradient[3 * u + k] += g[k];
+            at.clear();
+            problem.linearize(term, x, &mut at);
+            let w = problem.loss_of(term).weight(at.residual.norm_squared());
+            for (k, &(block, j)) in at.jacobians.iter().enumerate() {
+                let jt = j.transpose() * w;
+                let unknown = self.unknown[block];
+                if let Some(u) = unknown {
+                    sums.add(Slot { column: u, place: 0 }, &(jt * j));
+                    let g: Vector3<f64> = jt * at.residual;
+                    for row in 0..3 {
+                        self.gradient[3 * u + row] += g[row];
+                    }
+                }
+                for (other, j_other) in &at.jacobians[k + 1..] {
+                    // The block below the diagonal: its row belongs to the larger unknown.
+                    let Some(slot) = slots.next().flatten() else { continue };
+                    let product = jt * j_other;
+                    let swapped = unknown < self.unknown[*other];
+                    sums.add(slot, &if swapped { product.transpose() } else { product });
                 }
             }
-            if let (Some(slot), Some(u), Some(v)) = (self.slots[term], sides[0].0, sides[1].0) {
-                // The block below the diagonal: its row belongs to the larger unknown.
-                let (row, column) = if u > v { (sides[0].1, sides[1].1) } else { (sides[1].1, sides[0].1) };
-                self.add(slot, &(row.transpose() * column * w));
-            }
+        }
+        for &diagonal in &self.padding {
+            self.values[diagonal] = 1.0;
         }
     }
 
@@ -133,7 +157,15 @@ impl NormalEquations {
         };
         x.iter().zip(&self.unknown).map(move_block).collect()
     }
+}
 
+/// The values of H while they are summed up.
+struct Accumulator<'a> {
+    values: &'a mut [f64],
+    column_starts: &'a [usize],
+}
+
+impl Accumulator<'_> {
     fn add(&mut self, slot: Slot, block: &Matrix3<f64>) {
         for c in 0..3 {
             // Scalar column 3·column + c starts at its own diagonal entry: the diagonal block lacks its first c rows.

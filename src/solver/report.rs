@@ -7,9 +7,9 @@ pub struct Iteration {
     pub cost: f64,
     /// Largest entry of the gradient before the step.
     pub gradient_max: f64,
-    /// Largest entry of the step (metres, radians).
+    /// Largest entry of the step (metres, radians); Ceres gives the step's Euclidean norm instead.
     pub step_max: f64,
-    /// λ used.
+    /// λ used; with Ceres 1/(trust-region radius).
     pub damping: f64,
     /// True if the true cost fell.
     pub accepted: bool,
@@ -24,6 +24,8 @@ pub enum Termination {
     ConvergedCost,
     /// The next step is shorter than anybody could measure.
     ConvergedStep,
+    /// The gradient is as flat as rounding can tell (Ceres only).
+    ConvergedGradient,
     /// Stopped at the limit of iterations: not converged.
     MaxIterations,
     /// No damping made the cost fall: not converged.
@@ -39,7 +41,10 @@ impl Termination {
     pub fn converged(self) -> bool {
         matches!(
             self,
-            Termination::ConvergedCost | Termination::ConvergedStep | Termination::NothingToOptimize
+            Termination::ConvergedCost
+                | Termination::ConvergedStep
+                | Termination::ConvergedGradient
+                | Termination::NothingToOptimize
         )
     }
 
@@ -48,12 +53,24 @@ impl Termination {
         match self {
             Termination::ConvergedCost => "converged_cost",
             Termination::ConvergedStep => "converged_step",
+            Termination::ConvergedGradient => "converged_gradient",
             Termination::MaxIterations => "max_iterations",
             Termination::NoProgress => "no_progress",
             Termination::NothingToOptimize => "nothing_to_optimize",
             Termination::NotFinite => "not_finite",
         }
     }
+}
+
+/// Wall-clock times of a solve, milliseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Timings {
+    /// Fill-reducing ordering and symbolic analysis, once; with Ceres its whole preprocessing.
+    pub order_ms: f64,
+    /// The iterations.
+    pub iterate_ms: f64,
+    /// All, including what is neither.
+    pub total_ms: f64,
 }
 
 /// Result of a solve.
@@ -67,9 +84,25 @@ pub struct Report {
     pub iterations: Vec<Iteration>,
     /// Why it stopped.
     pub termination: Termination,
+    /// Times.
+    pub timings: Timings,
+    /// What a person should know of, in sentences: parts without a held pose, lines that Ceres logged.
+    pub warnings: Vec<String>,
 }
 
 impl Report {
+    /// A report of a solve that has not begun.
+    pub fn new(initial_cost: f64, termination: Termination) -> Self {
+        Report {
+            initial_cost,
+            final_cost: initial_cost,
+            iterations: Vec::new(),
+            termination,
+            timings: Timings::default(),
+            warnings: Vec::new(),
+        }
+    }
+
     /// Number of accepted steps.
     pub fn accepted_steps(&self) -> usize {
         self.iterations.iter().filter(|i| i.accepted).count()

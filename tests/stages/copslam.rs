@@ -8,7 +8,7 @@ use crate::support::Dice;
 fn chain(random: &mut Dice, poses: usize) -> Vec<Pose2> {
     let mut chain = vec![random.pose()];
     for k in 1..poses {
-        let step = Pose2::new(random.between(0.1, 0.3), random.normal(0.02), random.normal(0.2));
+        let step = Pose2::new(random.uniform(0.1, 0.3), random.normal(0.02), random.normal(0.2));
         chain.push(chain[k - 1].compose(step));
     }
     chain
@@ -20,7 +20,7 @@ fn the_last_pose_ends_exactly_on_its_target_and_the_first_stays() {
     for _ in 0..200 {
         let poses = chain(&mut random, 80);
         let variances: Vec<_> =
-            (1..80).map(|_| (random.between(0.0, 1e-3), random.between(0.0, 1e-4))).collect();
+            (1..80).map(|_| (random.uniform(0.0, 1e-3), random.uniform(0.0, 1e-4))).collect();
         let target = random.pose();
         let mut bent = poses.clone();
         distribute(&mut bent, &variances, target);

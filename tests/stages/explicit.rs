@@ -11,11 +11,11 @@ use crate::support::Dice;
 /// A segment within ±40° of parallel to `a` (or of perpendicular), drawn in either direction.
 fn partner(random: &mut Dice, mode: Mode, a: &Segment) -> Segment {
     let wanted = if mode == Mode::Perpendicular { FRAC_PI_2 } else { 0.0 };
-    let flip = if random.between(0.0, 1.0) < 0.5 { PI } else { 0.0 };
+    let flip = if random.uniform(0.0, 1.0) < 0.5 { PI } else { 0.0 };
     Segment {
         centre: random.pose().translation(),
-        direction_rad: wrap_angle(a.direction_rad + wanted + flip + random.between(-0.7, 0.7)),
-        half_length_m: random.between(0.3, 4.0),
+        direction_rad: wrap_angle(a.direction_rad + wanted + flip + random.uniform(-0.7, 0.7)),
+        half_length_m: random.uniform(0.3, 4.0),
     }
 }
 
@@ -25,7 +25,7 @@ fn cases(mode: Mode, mut check: impl FnMut(&Segment, &Segment, Vec2, Pose2)) {
         let ends = [random.pose().translation(), random.pose().translation()];
         let a = Segment::from_ends(ends[0], ends[1]);
         let b = partner(&mut random, mode, &a);
-        let pivot = b.centre + b.direction() * random.between(-0.2, 0.2);
+        let pivot = b.centre + b.direction() * random.uniform(-0.2, 0.2);
         let motion = correction(mode, &a, &b, pivot).expect("not ambiguous within 40°");
         assert!(motion.theta_rad.abs() <= 0.7 + 1e-9, "the smaller of the two rotations");
         check(&a, &b.transformed(motion), pivot, motion);

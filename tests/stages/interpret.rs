@@ -11,10 +11,10 @@ fn wall(random: &mut Dice, sides: &[f64], per_pose: usize) -> (Observations, Vec
     let mut observations = Observations::default();
     let mut poses = Vec::new();
     for &side in sides {
-        let pose = Pose2::new(random.between(0.0, 4.0), -2.0 * side, random.between(-3.0, 3.0));
+        let pose = Pose2::new(random.uniform(0.0, 4.0), -2.0 * side, random.uniform(-3.0, 3.0));
         let face = if side > 0.0 { 0.0 } else { 0.12 };
         for _ in 0..per_pose {
-            let p = Vec2::new(random.between(-0.5, 4.5), face + random.normal(0.01));
+            let p = Vec2::new(random.uniform(-0.5, 4.5), face + random.normal(0.01));
             let normal = Vec2::new(0.0, -side);
             observations.push(pose.inverse().transform_point(p), pose.inverse_rotate(normal), 2.0);
         }
@@ -81,12 +81,12 @@ fn what_a_stroke_catches_is_what_a_naive_search_finds() {
     let (mut observations, mut poses) = wall(&mut random, &[1.0; 6], 80);
     for _ in 0..30 {
         poses.push(Pose2::new(
-            random.between(-60.0, 60.0),
-            random.between(-60.0, 60.0),
-            random.between(-3.0, 3.0),
+            random.uniform(-60.0, 60.0),
+            random.uniform(-60.0, 60.0),
+            random.uniform(-3.0, 3.0),
         ));
         for _ in 0..50 {
-            let p = Vec2::new(random.between(-9.0, 9.0), random.between(-9.0, 9.0));
+            let p = Vec2::new(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0));
             observations.push(p, Vec2::zeros(), p.norm());
         }
         observations.end_pose();

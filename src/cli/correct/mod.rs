@@ -3,18 +3,18 @@
 mod pictures;
 mod report;
 mod table;
-mod tunables;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use hitl_slam::error::{Error, Result};
+use hitl_slam::joint::Backend;
 use hitl_slam::map::{Correction, SlamMap};
 use hitl_slam::pipeline::{CorrectionReport, Corrector};
 use hitl_slam::{interpret, io};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Outcome, load};
+use super::{Outcome, load, tunables};
 
 /// Correct a map: apply two-stroke corrections in order, each optimised with all that came before.
 #[derive(Debug, clap::Args)]
@@ -30,6 +30,10 @@ pub struct Args {
     /// Corrected map; the extension picks the format: .npz (everything), .g2o, .stfs.covars, .tum.
     #[arg(short, long, value_name = "OUT", required_unless_present = "interpret_only")]
     output: Option<PathBuf>,
+
+    /// Who solves: our own solver, or Ceres (where built).
+    #[arg(long, value_name = "rust|ceres", default_value = "rust")]
+    solver: Backend,
 
     /// Show what every stroke catches on the map as it stands, and correct nothing.
     #[arg(long)]
@@ -64,7 +68,9 @@ pub fn run(args: &Args) -> Result<Outcome> {
     if let Some(output) = &args.output {
         io::check_map_path(output)?;
     }
-    let options = args.tunables.options()?;
+    args.solver.require()?;
+    let mut options = args.tunables.options()?;
+    options.joint.backend = args.solver;
     let corrections = load::corrections(&args.corrections)?;
     let map = load::map(&args.input)?;
     interpret::check(&map, &corrections)?;

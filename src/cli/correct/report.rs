@@ -4,7 +4,7 @@ use hitl_slam::map::Mode;
 use hitl_slam::pipeline::{self, CorrectionReport, Corrector};
 use serde::Serialize;
 
-use super::tunables::Tunables;
+use crate::cli::tunables::Tunables;
 
 /// The whole report.
 #[derive(Debug, Serialize)]
@@ -79,8 +79,8 @@ impl Report {
         let map = corrector.map();
         Report {
             version: env!("CARGO_PKG_VERSION"),
-            solver: "rust",
-            formulation: "smooth",
+            solver: corrector.options().joint.backend.name(),
+            formulation: tunables.formulation.name(),
             settings: Settings { tunables: tunables.clone(), min_points_used: corrector.min_points() },
             poses: map.poses.len(),
             observations: map.observations.len(),

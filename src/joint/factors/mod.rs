@@ -1,19 +1,42 @@
-//! The residuals R1…R4 with their Jacobians, written once here and once in docs/MATH.md.
+//! The residuals R1…R6 with their Jacobians, written once here and once in docs/MATH.md.
 //!
-//! Every function returns (residual 3×1, J first 3×3, J second 3×3), whitened, rows that do not exist zero.
-//! Blocks are (x, y, θ); a segment's block is (centre x, centre y, direction).
+//! R1…R4 (`smooth`) touch two blocks and return a [`Pair`]; R5 and R6 (`paper`) touch many and fill a list. All are
+//! whitened, rows that do not exist are zero. Blocks are (x, y, θ); a segment's block is (centre x, centre y,
+//! direction); an end point's is (x, y, nothing). Twin: `cpp/residuals.h`.
 
+mod paper_fit;
+mod paper_relation;
+mod point;
 mod relation;
 mod relative;
 mod sighting;
 mod tie;
 
+pub use paper_fit::{paper_fit, paper_fit_residual};
+pub use paper_relation::paper_relation;
+pub use point::point;
 pub use relation::relation;
 pub use relative::relative;
 pub use sighting::sighting;
 pub use tie::tie;
 
+use nalgebra::{Matrix3, Vector3};
+
 use crate::geometry::Vec2;
+
+/// ε: keeps the paper's roots and norms differentiable at zero, √(s² + ε²) for |s|. Metres; far below any sensor.
+pub const PAPER_EPSILON_M: f64 = 1e-5;
+
+/// A term on two blocks at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// r, whitened, 3×1.
+    pub residual: Vector3<f64>,
+    /// ∂r/∂(first block), 3×3.
+    pub j_first: Matrix3<f64>,
+    /// ∂r/∂(second block), 3×3.
+    pub j_second: Matrix3<f64>,
+}
 
 /// (cos, sin) unit vector û at an angle, and its normal n̂, 90° counter-clockwise.
 fn frame(angle_rad: f64) -> (Vec2, Vec2) {
@@ -30,4 +53,10 @@ fn turn(angle_rad: f64, v: [f64; 2]) -> Vec2 {
 /// A vector turned by +90°: the derivative of a turned vector with respect to its angle.
 fn quarter_turn(v: Vec2) -> Vec2 {
     Vec2::new(-v.y, v.x)
+}
+
+/// The Jacobian of a term with one row.
+fn single_row(gradient: [f64; 3]) -> Matrix3<f64> {
+    let [x, y, z] = gradient;
+    Matrix3::new(x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 }

@@ -5,14 +5,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::frame;
+use super::{Pair, frame};
 use crate::geometry::Vec2;
 use crate::joint::problem::RelationTerm;
 use crate::map::Mode;
-use crate::solver::Linearization;
 
 /// R4 at two segments.
-pub fn relation(term: &RelationTerm, a: &[f64; 3], b: &[f64; 3]) -> Linearization {
+pub fn relation(term: &RelationTerm, a: &[f64; 3], b: &[f64; 3]) -> Pair {
     let d = Vec2::new(b[0] - a[0], b[1] - a[1]);
     let (sin, cos) = (b[2] - a[2]).sin_cos();
     let (k_offset, k_angle) = (term.offset_scale, term.angle_scale);
@@ -39,7 +38,7 @@ pub fn relation(term: &RelationTerm, a: &[f64; 3], b: &[f64; 3]) -> Linearizatio
     residual[2] = k_angle * angle;
     j_first[(2, 2)] = -k_angle * slope;
     j_second[(2, 2)] = k_angle * slope;
-    Linearization { residual, j_first, j_second }
+    Pair { residual, j_first, j_second }
 }
 
 fn set_offset_row(

@@ -2,13 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::frame;
+use super::{Pair, frame};
 use crate::geometry::{Vec2, wrap_angle};
 use crate::joint::problem::RelativeTerm;
-use crate::solver::Linearization;
 
 /// R1 at two poses.
-pub fn relative(term: &RelativeTerm, i: &[f64; 3], j: &[f64; 3]) -> Linearization {
+pub fn relative(term: &RelativeTerm, i: &[f64; 3], j: &[f64; 3]) -> Pair {
     // Rzᵀ Riᵀ is one rotation by −(θi + θz); its rows are the axes û, n̂ at that angle.
     let z = term.measured;
     let (u, n) = frame(i[2] + z[2]);
@@ -21,5 +20,5 @@ pub fn relative(term: &RelativeTerm, i: &[f64; 3], j: &[f64; 3]) -> Linearizatio
     j_first[(0, 2)] = n.dot(&d);
     j_first[(1, 2)] = -u.dot(&d);
     let whiten = Matrix3::from_row_slice(&term.sqrt_information);
-    Linearization { residual: whiten * e, j_first: whiten * j_first, j_second: whiten * j_second }
+    Pair { residual: whiten * e, j_first: whiten * j_first, j_second: whiten * j_second }
 }

@@ -6,13 +6,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{frame, quarter_turn, turn};
+use super::{Pair, frame, quarter_turn, turn};
 use crate::geometry::Vec2;
 use crate::joint::problem::SightingTerm;
-use crate::solver::Linearization;
 
 /// R2 at a pose and a segment.
-pub fn sighting(term: &SightingTerm, pose: &[f64; 3], segment: &[f64; 3]) -> Linearization {
+pub fn sighting(term: &SightingTerm, pose: &[f64; 3], segment: &[f64; 3]) -> Pair {
     let [w11, w12, w22] = term.scatter_root.map(|w| w * term.scale);
     let root = term.count.sqrt() * term.scale;
     let (along, normal) = frame(segment[2]);
@@ -46,5 +45,5 @@ pub fn sighting(term: &SightingTerm, pose: &[f64; 3], segment: &[f64; 3]) -> Lin
         -root * normal.y,
         -root * along.dot(&offset),
     );
-    Linearization { residual: Vector3::new(r0, r1, root * normal.dot(&offset)), j_first, j_second }
+    Pair { residual: Vector3::new(r0, r1, root * normal.dot(&offset)), j_first, j_second }
 }

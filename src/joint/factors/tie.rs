@@ -4,13 +4,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{frame, quarter_turn, turn};
+use super::{Pair, frame, quarter_turn, turn};
 use crate::geometry::Vec2;
 use crate::joint::problem::TieTerm;
-use crate::solver::Linearization;
 
 /// R3 at a pose and a segment.
-pub fn tie(term: &TieTerm, pose: &[f64; 3], segment: &[f64; 3]) -> Linearization {
+pub fn tie(term: &TieTerm, pose: &[f64; 3], segment: &[f64; 3]) -> Pair {
     let (along, normal) = frame(segment[2]);
     let arm = turn(pose[2], term.mean);
     let offset = arm + Vec2::new(pose[0] - segment[0], pose[1] - segment[1]);
@@ -24,5 +23,5 @@ pub fn tie(term: &TieTerm, pose: &[f64; 3], segment: &[f64; 3]) -> Linearization
         j_second[(0, k)] = term.scale * second;
     }
     let residual = Vector3::new(term.scale * (along.dot(&offset) - term.along), 0.0, 0.0);
-    Linearization { residual, j_first, j_second }
+    Pair { residual, j_first, j_second }
 }

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use hitl_slam::error::Result;
-use hitl_slam::joint::Normalization;
+use hitl_slam::joint::{Formulation, Normalization};
 use hitl_slam::pipeline::Options;
 use hitl_slam::solver::Loss;
 use serde::Serialize;
@@ -11,6 +11,10 @@ use serde::Serialize;
 #[derive(Debug, Clone, clap::Args, Serialize)]
 #[command(next_help_heading = "Tunables")]
 pub struct Tunables {
+    /// The objective: smooth, or paper (the paper's residuals to the letter; see docs/RESULTS.md before use).
+    #[arg(long, value_name = "smooth|paper", default_value = "smooth")]
+    pub formulation: Formulation,
+
     /// A person's drawing accuracy σ, metres.
     #[arg(long, value_name = "M", default_value_t = Options::default().interpret.drawing_sigma_m)]
     pub drawing_sigma_m: f64,
@@ -94,6 +98,7 @@ impl Tunables {
         options.joint.tie_sigma_m = self.tie_sigma_m;
         options.joint.offset_sigma_m = self.offset_sigma_m;
         options.joint.angle_sigma_rad = self.angle_sigma_rad;
+        options.joint.formulation = self.formulation;
         options.joint.loss = match self.loss {
             LossFlag::None => Loss::None,
             LossFlag::Huber => Loss::Huber(self.loss_scale),

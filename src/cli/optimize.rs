@@ -1,0 +1,99 @@
+//! `hitl optimize`: plain pose-graph optimisation.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hitl_slam::error::Result;
+use hitl_slam::io;
+use hitl_slam::joint::{self, Backend};
+use hitl_slam::solver::Termination;
+
+/// Optimise a pose graph: relative factors only, human factors left out.
+///
+/// The first vertex is held unless the graph says which (FIX); a graph in separate parts has one vertex held in each.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The graph: g2o, TORO or a native map.
+    graph: PathBuf,
+    /// Where to write the result; the name's ending picks the format.
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    /// Who solves it.
+    #[arg(long, default_value = "rust", value_name = "rust|ceres")]
+    solver: Backend,
+    /// Write the numbers as JSON; `-` is stdout.
+    #[arg(long, value_name = "R.json")]
+    report: Option<PathBuf>,
+}
+
+/// The numbers of docs/FORMATS.md.
+#[derive(serde::Serialize)]
+struct Numbers {
+    vertices: usize,
+    edges: usize,
+    initial_chi2: f64,
+    final_chi2: f64,
+    iterations: usize,
+    termination: Termination,
+    load_ms: f64,
+    order_ms: f64,
+    optimize_ms: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Result<super::Outcome> {
+    args.solver.require()?;
+    io::check_map_path(&args.output)?;
+    let clock = Instant::now();
+    let mut map = super::load::map(&args.graph)?;
+    let load_ms = milliseconds(clock);
+    let options = joint::Options { backend: args.solver, ..Default::default() };
+    let clock = Instant::now();
+    let done = joint::optimize_graph(&mut map, &options)?;
+    let all_ms = milliseconds(clock);
+    let numbers = Numbers {
+        vertices: map.poses.len(),
+        edges: map.relative_factors.len(),
+        initial_chi2: done.initial_chi2,
+        final_chi2: done.final_chi2,
+        iterations: done.solve.iterations.len(),
+        termination: done.solve.termination,
+        load_ms,
+        order_ms: done.solve.timings.order_ms,
+        optimize_ms: all_ms - done.solve.timings.order_ms,
+    };
+    io::write_map(&args.output, &map)?;
+    let text = text(&numbers);
+    // With JSON on stdout, the words for a person go to stderr.
+    if args.report.as_deref() == Some(Path::new("-")) {
+        eprint!("{text}");
+    } else {
+        print!("{text}");
+    }
+    for warning in &done.solve.warnings {
+        eprintln!("hitl: {warning}");
+    }
+    super::report::write(args.report.as_deref(), &numbers)?;
+    Ok(super::Outcome::Done)
+}
+
+fn text(n: &Numbers) -> String {
+    let converged = if n.termination.converged() { "" } else { ", not converged" };
+    format!(
+        "{} vertices, {} edges\nchi2 {:.6} -> {:.6} in {} iterations ({}{converged})\n\
+         load {:.1} ms, order {:.1} ms, optimize {:.1} ms\n",
+        n.vertices,
+        n.edges,
+        n.initial_chi2,
+        n.final_chi2,
+        n.iterations,
+        n.termination.name().replace('_', " "),
+        n.load_ms,
+        n.order_ms,
+        n.optimize_ms,
+    )
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}

@@ -1,0 +1,10 @@
+//! The joint problem on both back ends.
+
+mod backends_agree;
+mod graphs;
+mod jacobians;
+mod malformed;
+mod options;
+mod paper;
+mod silence;
+mod solving;

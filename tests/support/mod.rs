@@ -1,0 +1,11 @@
+//! What tests share.
+
+#[macro_use]
+pub mod both_backends;
+pub mod dice;
+pub mod input;
+pub mod problems;
+pub mod room;
+
+pub use dice::Dice;
+pub use input::{Scratch, message, shared, small_log};
