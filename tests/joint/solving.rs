@@ -1,9 +1,10 @@
 //! Minima, on both back ends.
 
 use hitl_slam::crosscheck;
-use hitl_slam::geometry::angle_diff;
+use hitl_slam::geometry::{Pose2, angle_diff};
 use hitl_slam::joint::problem::JointProblem;
 use hitl_slam::joint::{Backend, Formulation, Options, ceres};
+use hitl_slam::map::Mode;
 use hitl_slam::solver::{self, Loss};
 
 use crate::support::both_backends::ceres_or_skip;
@@ -135,6 +136,37 @@ both_backends! {
         let report = backend.solve(&mut problem, &Options::default()).unwrap();
         assert_eq!(report.termination, solver::Termination::NotFinite);
         assert_eq!(problem, before);
+    }
+
+    /// Two runs of a robot that only angles connect: where the second lies is nobody's business.
+    fn what_nothing_determines_stays_near_its_start(backend: Backend) {
+        let mut problem = problems::solvable(29, Loss::None, true);
+        let n = problem.poses.len();
+        problem.relatives.retain(|t| (t.i < n / 2) == (t.j < n / 2));
+        for relation in problem.relations.iter_mut().filter(|r| r.mode != Mode::Perpendicular) {
+            relation.mode = Mode::Parallel;
+        }
+        let start = problem.clone();
+        let report = backend.solve(&mut problem, &Options::default()).unwrap();
+        assert!(report.termination.converged(), "{report:?}");
+        assert!(distance(&problem, &start) < 1.0, "{}", distance(&problem, &start));
+    }
+
+    fn a_graph_without_contradiction_stays(backend: Backend) {
+        let mut problem = problems::solvable(31, Loss::None, true);
+        problem.relatives.truncate(problem.poses.len() - 1);
+        problem.segments.clear();
+        problem.sightings.clear();
+        problem.ties.clear();
+        problem.relations.clear();
+        for t in &mut problem.relatives {
+            let [i, j] = [t.i, t.j].map(|k| Pose2::from_array(problem.poses[k]));
+            t.measured = i.between(j).to_array();
+        }
+        let before = problem.clone();
+        let report = backend.solve(&mut problem, &Options::default()).unwrap();
+        assert!(report.termination.converged(), "{report:?}");
+        assert!(distance(&problem, &before) < 1e-9);
     }
 
     fn results_are_the_same_every_time(backend: Backend) {
