@@ -6,7 +6,7 @@ use hitl_slam::map::Mode;
 use hitl_slam::pipeline;
 use hitl_slam::solver::{self, Problem};
 
-use crate::support::both_backends::ceres_or_skip;
+use crate::support::both_backends::{ceres_or_skip, skipped};
 use crate::support::dice::Dice;
 use crate::support::{g2o, problems, room};
 
@@ -70,7 +70,7 @@ fn terms_agree_in_the_paper_form_on_a_map() {
 #[test]
 fn public_graphs_agree() {
     let Some(folder) = g2o::folder() else {
-        eprintln!("skipped: no public graphs beside the working copy");
+        skipped("no public graphs beside the working copy");
         return;
     };
     if !ceres_or_skip() {

@@ -5,6 +5,7 @@ use hitl_slam::joint::{self, GraphReport, Options};
 use hitl_slam::map::{Observations, RelativeFactor, SlamMap};
 use nalgebra::Matrix3;
 
+use crate::support::both_backends::skipped;
 use crate::support::{dice::Dice, g2o};
 
 fn options(backend: joint::Backend) -> Options {
@@ -120,7 +121,7 @@ both_backends! {
 
     fn public_graphs_reach_the_best_known_chi2(backend: Backend) {
         let Some(folder) = g2o::folder() else {
-            eprintln!("skipped: no public graphs beside the working copy");
+            skipped("no public graphs beside the working copy");
             return;
         };
         // Best of eight solvers, recomputed by an independent script.
@@ -144,7 +145,7 @@ both_backends! {
     /// throw. Ours need not find the minimum from there, but must hand back a finite, better graph.
     fn hard_graphs_never_fail(backend: Backend) {
         let Some(folder) = g2o::folder() else {
-            eprintln!("skipped: no public graphs beside the working copy");
+            skipped("no public graphs beside the working copy");
             return;
         };
         for name in ["INTEL", "MITb"] {

@@ -95,6 +95,26 @@ both_backends! {
         assert_ne!(problem.poses[6], before.poses[6]);
     }
 
+    fn segments_are_fitted_to_a_map_that_is_held_whole(backend: Backend) {
+        let mut problem = problems::solvable(41, Loss::None, true);
+        problem.held = (0..problem.poses.len()).collect();
+        let before = problem.clone();
+        let report = backend.solve(&mut problem, &Options::default()).unwrap();
+        assert!(report.termination.converged() && report.final_cost < report.initial_cost);
+        assert_eq!(problem.poses, before.poses);
+        // The relative factors cannot move, but count.
+        let cost = solver::cost(&problem, &problem.blocks());
+        assert!((report.final_cost - cost).abs() <= 1e-12 * cost);
+        // A segment that nobody saw and nobody relates: nothing to move it.
+        problem.sightings.clear();
+        problem.ties.clear();
+        problem.relations.clear();
+        let before = problem.clone();
+        let report = backend.solve(&mut problem, &Options::default()).unwrap();
+        assert!(report.termination.converged(), "{report:?}");
+        assert_eq!(problem, before);
+    }
+
     fn nothing_to_optimise_is_said(backend: Backend) {
         let mut problem = problems::solvable(3, Loss::None, true);
         problem.held = (0..problem.poses.len()).collect();
@@ -177,6 +197,25 @@ both_backends! {
         };
         assert_eq!(solve(), solve());
     }
+}
+
+#[test]
+fn solves_on_many_threads_do_not_disturb_each_other() {
+    if !ceres_or_skip() {
+        return;
+    }
+    let solve = |seed| {
+        let mut problem = problems::solvable(seed, Loss::Huber(1.0), true);
+        let report = Backend::Ceres.solve(&mut problem, &Options::default()).unwrap();
+        (problem, report.warnings)
+    };
+    let alone: Vec<_> = (0..8).map(solve).collect();
+    let solve = &solve;
+    let together: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..8).map(|seed| scope.spawn(move || solve(seed))).collect();
+        threads.into_iter().map(|t| t.join().unwrap()).collect()
+    });
+    assert_eq!(alone, together);
 }
 
 #[test]
