@@ -120,7 +120,7 @@ ceres::Solver::Options SolverOptions(const Options& options) {
   o.initial_trust_region_radius = options.initial_radius;
   o.logging_type = ceres::SILENT;
   o.minimizer_progress_to_stdout = false;
-  o.num_threads = 1;
+  o.num_threads = 1;  // LogCapture and results that do not depend on the machine rely on it.
   return o;
 }
 

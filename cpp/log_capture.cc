@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <mutex>
+#include <thread>
 
 namespace hitl::ceres_backend {
 namespace {
@@ -29,16 +30,11 @@ void InitialiseOnce() {
   });
 }
 
-std::mutex& Turn() {
-  static std::mutex turn;
-  return turn;
-}
-
 }  // namespace
 
 class LogCapture::Sink : public google::LogSink {
  public:
-  Sink() : turn_(Turn()) {
+  Sink() {
     InitialiseOnce();
     google::AddLogSink(this);
   }
@@ -48,22 +44,19 @@ class LogCapture::Sink : public google::LogSink {
   void send(google::LogSeverity severity, const char* /*full_filename*/,
             const char* /*base_filename*/, int /*line*/, const google::LogMessageTime& /*time*/,
             const char* message, size_t length) override {
-    if (severity < google::GLOG_WARNING) return;
-    const std::lock_guard<std::mutex> lock(lines_mutex_);
+    if (severity < google::GLOG_WARNING || std::this_thread::get_id() != owner_) return;
     if (lines_.size() < kMostLines) lines_.emplace_back(message, length);
   }
 
-  std::vector<std::string> Lines() const {
-    const std::lock_guard<std::mutex> lock(lines_mutex_);
-    return lines_;
-  }
+  const std::vector<std::string>& Lines() const { return lines_; }
 
  private:
   // A solve that fails at every step would otherwise say so thousands of times.
   static constexpr size_t kMostLines = 20;
 
-  std::unique_lock<std::mutex> turn_;
-  mutable std::mutex lines_mutex_;
+  // A solve logs on the thread that called it, so that no lock is needed: other solves have sinks
+  // of their own.
+  const std::thread::id owner_ = std::this_thread::get_id();
   std::vector<std::string> lines_;
 };
 

@@ -8,8 +8,8 @@
 
 namespace hitl::ceres_backend {
 
-// While it lives, warnings and errors of Ceres are collected; nothing reaches a terminal or a file.
-// One at a time: the constructor waits for the last one of another thread to go.
+// While it lives, warnings and errors that Ceres logs on this thread are collected; nothing reaches
+// a terminal or a file. Ceres must run on one thread.
 class LogCapture {
  public:
   LogCapture();

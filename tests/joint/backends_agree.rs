@@ -1,14 +1,14 @@
 //! Two independent implementations of one objective: analytic in Rust, automatic in C++.
 
 use hitl_slam::crosscheck;
-use hitl_slam::joint::{Formulation, ceres};
+use hitl_slam::joint::{self, Formulation, ceres};
 use hitl_slam::map::Mode;
 use hitl_slam::pipeline;
 use hitl_slam::solver::{self, Problem};
 
-use crate::support::both_backends::ceres_or_skip;
+use crate::support::both_backends::{ceres_or_skip, skipped};
 use crate::support::dice::Dice;
-use crate::support::{problems, room};
+use crate::support::{problems, public_graph, room};
 
 #[test]
 fn residuals_jacobians_and_losses_agree_for_every_kind_of_term() {
@@ -65,4 +65,19 @@ fn terms_agree_in_the_paper_form_on_a_map() {
     let found = crosscheck::run(room::map(3), &room::corrections(modes), &options).unwrap();
     assert!(found.agree, "{found:#?}");
     assert!(found.corrections.iter().all(|c| c.rejected.is_none()), "{found:#?}");
+}
+
+#[test]
+fn public_graphs_agree() {
+    if !ceres_or_skip() {
+        return;
+    }
+    let options = joint::Options::default();
+    for name in ["CSAIL", "FR079", "intel943", "intel1728", "M3500", "kitti_00", "kitti_05", "city10000"] {
+        let Some(map) = public_graph(name) else { return };
+        let start = joint::build(&map, &map.poses, &[], &options);
+        let (check, _) = crosscheck::both(name, start, &options).unwrap();
+        println!("{name}: {:?}", check.totals);
+        assert!(check.agree, "{name}: {:?}", check.totals);
+    }
 }

@@ -5,13 +5,7 @@ use hitl_slam::joint::{self, GraphReport, Options};
 use hitl_slam::map::{Observations, RelativeFactor, SlamMap};
 use nalgebra::Matrix3;
 
-use crate::support::{Dice, shared};
-
-/// A public graph, if the shared data are there (they cannot be shipped).
-fn public(name: &str) -> Option<SlamMap> {
-    let path = shared(&format!("g2o_2d/{name}.g2o.xz"))?;
-    Some(hitl_slam::io::g2o::read(&path).expect("a graph").value)
-}
+use crate::support::{Dice, public_graph};
 
 fn options(backend: joint::Backend) -> Options {
     Options { backend, ..Options::default() }
@@ -134,7 +128,7 @@ both_backends! {
             ("M3500", 137.913),
             ("kitti_05", 157.1044),
         ] {
-            let Some(mut map) = public(name) else { return };
+            let Some(mut map) = public_graph(name) else { return };
             let report = optimized(&mut map, backend);
             let chi2 = naive_chi2(&map);
             assert!((chi2 - best).abs() <= 1e-5 * best, "{name}: {chi2}, expected {best}");
@@ -146,7 +140,7 @@ both_backends! {
     /// throw. Ours need not find the minimum from there, but must hand back a finite, better graph.
     fn hard_graphs_never_fail(backend: Backend) {
         for name in ["INTEL", "MITb"] {
-            let Some(mut map) = public(name) else { return };
+            let Some(mut map) = public_graph(name) else { return };
             let report = optimized(&mut map, backend);
             assert!(map.poses.iter().all(|p| p.is_finite()), "{name}");
             assert!(report.final_chi2 < 0.1 * report.initial_chi2, "{name}: {}", report.final_chi2);

@@ -1,9 +1,10 @@
 //! Minima, on both back ends.
 
 use hitl_slam::crosscheck;
-use hitl_slam::geometry::angle_diff;
+use hitl_slam::geometry::{Pose2, angle_diff};
 use hitl_slam::joint::problem::JointProblem;
 use hitl_slam::joint::{Backend, Formulation, Options, ceres};
+use hitl_slam::map::Mode;
 use hitl_slam::solver::{self, Loss};
 
 use crate::support::both_backends::ceres_or_skip;
@@ -94,6 +95,26 @@ both_backends! {
         assert_ne!(problem.poses[6], before.poses[6]);
     }
 
+    fn segments_are_fitted_to_a_map_that_is_held_whole(backend: Backend) {
+        let mut problem = problems::solvable(41, Loss::None, true);
+        problem.held = (0..problem.poses.len()).collect();
+        let before = problem.clone();
+        let report = backend.solve(&mut problem, &Options::default()).unwrap();
+        assert!(report.termination.converged() && report.final_cost < report.initial_cost);
+        assert_eq!(problem.poses, before.poses);
+        // The relative factors cannot move, but count.
+        let cost = solver::cost(&problem, &problem.blocks());
+        assert!((report.final_cost - cost).abs() <= 1e-12 * cost);
+        // A segment that nobody saw and nobody relates: nothing to move it.
+        problem.sightings.clear();
+        problem.ties.clear();
+        problem.relations.clear();
+        let before = problem.clone();
+        let report = backend.solve(&mut problem, &Options::default()).unwrap();
+        assert!(report.termination.converged(), "{report:?}");
+        assert_eq!(problem, before);
+    }
+
     fn nothing_to_optimise_is_said(backend: Backend) {
         let mut problem = problems::solvable(3, Loss::None, true);
         problem.held = (0..problem.poses.len()).collect();
@@ -137,6 +158,37 @@ both_backends! {
         assert_eq!(problem, before);
     }
 
+    /// Two runs of a robot that only angles connect: where the second lies is nobody's business.
+    fn what_nothing_determines_stays_near_its_start(backend: Backend) {
+        let mut problem = problems::solvable(29, Loss::None, true);
+        let n = problem.poses.len();
+        problem.relatives.retain(|t| (t.i < n / 2) == (t.j < n / 2));
+        for relation in problem.relations.iter_mut().filter(|r| r.mode != Mode::Perpendicular) {
+            relation.mode = Mode::Parallel;
+        }
+        let start = problem.clone();
+        let report = backend.solve(&mut problem, &Options::default()).unwrap();
+        assert!(report.termination.converged(), "{report:?}");
+        assert!(distance(&problem, &start) < 1.0, "{}", distance(&problem, &start));
+    }
+
+    fn a_graph_without_contradiction_stays(backend: Backend) {
+        let mut problem = problems::solvable(31, Loss::None, true);
+        problem.relatives.truncate(problem.poses.len() - 1);
+        problem.segments.clear();
+        problem.sightings.clear();
+        problem.ties.clear();
+        problem.relations.clear();
+        for t in &mut problem.relatives {
+            let [i, j] = [t.i, t.j].map(|k| Pose2::from_array(problem.poses[k]));
+            t.measured = i.between(j).to_array();
+        }
+        let before = problem.clone();
+        let report = backend.solve(&mut problem, &Options::default()).unwrap();
+        assert!(report.termination.converged(), "{report:?}");
+        assert!(distance(&problem, &before) < 1e-9);
+    }
+
     fn results_are_the_same_every_time(backend: Backend) {
         let solve = || {
             let mut problem = problems::solvable(19, Loss::Huber(1.0), true);
@@ -145,6 +197,25 @@ both_backends! {
         };
         assert_eq!(solve(), solve());
     }
+}
+
+#[test]
+fn solves_on_many_threads_do_not_disturb_each_other() {
+    if !ceres_or_skip() {
+        return;
+    }
+    let solve = |seed| {
+        let mut problem = problems::solvable(seed, Loss::Huber(1.0), true);
+        let report = Backend::Ceres.solve(&mut problem, &Options::default()).unwrap();
+        (problem, report.warnings)
+    };
+    let alone: Vec<_> = (0..8).map(solve).collect();
+    let solve = &solve;
+    let together: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..8).map(|seed| scope.spawn(move || solve(seed))).collect();
+        threads.into_iter().map(|t| t.join().unwrap()).collect()
+    });
+    assert_eq!(alone, together);
 }
 
 #[test]

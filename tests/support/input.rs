@@ -3,6 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use hitl_slam::map::SlamMap;
+
+use super::both_backends::skipped;
+
 /// An empty folder that is removed at the end of the test.
 pub struct Scratch(PathBuf);
 
@@ -36,10 +40,16 @@ impl Drop for Scratch {
 pub fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(name);
     if !path.exists() {
-        println!("skipped: ../shared is absent");
+        skipped("../shared is absent");
         return None;
     }
     Some(path)
+}
+
+/// A public pose graph, if the shared data are there (they cannot be shipped).
+pub fn public_graph(name: &str) -> Option<SlamMap> {
+    let path = shared(&format!("g2o_2d/{name}.g2o.xz"))?;
+    Some(hitl_slam::io::g2o::read(&path).expect("a graph").value)
 }
 
 /// The message of a failed read, with the folder taken out: `file:line: …`.

@@ -8,4 +8,4 @@ pub mod problems;
 pub mod room;
 
 pub use dice::Dice;
-pub use input::{Scratch, message, shared, small_log};
+pub use input::{Scratch, message, public_graph, shared, small_log};
