@@ -43,8 +43,15 @@ fn fault(error: &clap::Error) -> String {
             format!("{argument}: found an unknown argument, expected {near}one that --help lists")
         }
         (ErrorKind::ArgumentConflict, Some(argument), _) => {
-            let other = text(ContextKind::PriorArg).unwrap_or_else(|| "itself".into());
-            format!("{argument}: found together with {other}, expected one of them")
+            match text(ContextKind::PriorArg).filter(|other| *other != argument) {
+                Some(other) => format!("{argument}: found together with {other}, expected one of them"),
+                None => format!("{argument}: found more than once, expected it once"),
+            }
+        }
+        (ErrorKind::InvalidSubcommand, _, _) => {
+            let found = text(ContextKind::InvalidSubcommand).unwrap_or_default();
+            let near = text(ContextKind::SuggestedSubcommand).map(|s| format!("{s} or ")).unwrap_or_default();
+            format!("command: found '{found}', expected {near}one that `hitl help` lists")
         }
         _ => plain(&error.render().to_string()),
     }

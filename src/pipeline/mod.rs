@@ -10,7 +10,7 @@ pub use report::{CorrectionReport, Stroke, Timings};
 use std::time::Instant;
 
 use crate::copslam;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::explicit;
 use crate::geometry::{Pose2, Segment, Vec2, angle_diff};
 use crate::interpret::{self, Caught, Reach, Split};
@@ -57,7 +57,7 @@ impl Corrector {
         map.validate("map")?;
         if map.observations.is_empty() {
             let message = "found none, expected laser points for the strokes to catch";
-            return Err(crate::error::Error::input("map: points", message));
+            return Err(Error::input("map: points", message));
         }
         let reach = Reach::new(&map.observations);
         let chain_variances = copslam::chain_variances(&map);
@@ -146,7 +146,15 @@ impl Corrector {
         let stage = Instant::now();
         let mut factors = self.map.human_factors.clone();
         factors.push(factor);
-        let solve = joint::optimize(&self.map, &mut poses, &mut factors, &self.options.joint)?;
+        let solve = match joint::optimize(&self.map, &mut poses, &mut factors, &self.options.joint) {
+            Ok(solve) => solve,
+            // Map and options are sound: only numbers that overflow on the way can have made the problem unsound.
+            Err(Error::Input { .. }) => {
+                report.refuse("the numbers of the map are too large to compute with".into());
+                return Ok(report);
+            }
+            Err(error) => return Err(error),
+        };
         report.timings.optimize_ms = milliseconds(stage);
         report.solved(&solve);
         if !solve.final_cost.is_finite() || poses.iter().any(|p| !p.is_finite()) {
