@@ -141,9 +141,8 @@ impl JointProblem {
                     "human term {k}: found pose {pose} and segment {segment}, expected below {n} and {m}"
                 ));
             }
-            if !(scale > 0.0 && scale.is_finite())
-                || !numbers.iter().flatten().chain(&more).all(|v| v.is_finite())
-            {
+            let are_finite = numbers.iter().flatten().chain(&more).all(|v| v.is_finite());
+            if !(scale > 0.0 && scale.is_finite() && are_finite) {
                 return fail(format!("human term {k}: found scale {scale} or a value that is not finite"));
             }
         }
