@@ -5,6 +5,7 @@
 //! it is a rejected correction with a reason (see [`crate::pipeline`]).
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// What went wrong.
@@ -53,7 +54,19 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::Input { place, message } => write!(f, "{place}: {message}"),
-            Error::Io { path, source } => write!(f, "{path}: {source}"),
+            Error::Io { path, source } => match source.kind() {
+                ErrorKind::NotFound => write!(f, "{path}: found no such file, expected one that exists"),
+                ErrorKind::IsADirectory => write!(f, "{path}: found a folder, expected a file"),
+                ErrorKind::NotADirectory => {
+                    write!(f, "{path}: found a file within this path, expected folders")
+                }
+                ErrorKind::PermissionDenied => {
+                    write!(f, "{path}: found no permission, expected to be allowed")
+                }
+                _ => {
+                    write!(f, "{path}: found a failing system call ({source}), expected to read or write it")
+                }
+            },
             Error::Internal(message) => write!(f, "internal error: {message}"),
         }
     }

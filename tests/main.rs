@@ -6,6 +6,8 @@ mod support;
 
 /// A made-up building with known truth.
 mod building;
+/// The `hitl` command as a user meets it: every command, every refusal, the standard streams.
+mod cli;
 /// Readers and writers: round trips, exact messages, every prefix of every format, the real logs.
 mod formats;
 /// From a raw log to a map.

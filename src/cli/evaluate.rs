@@ -1,18 +1,19 @@
 //! `hitl evaluate`: how good a map or trajectory is.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use hitl_slam::error::{Error, Result};
 use hitl_slam::metrics::{self, DEFAULT_TOLERANCE_S, Evaluation, PoseError, Reference, RelationErrors};
 use hitl_slam::render::{Mark, Plot, Series};
 
-use super::{Outcome, load, picture, report};
+use super::{Outcome, load, out, picture, report};
 
 /// Measure a map or trajectory: against a true trajectory, hand-checked relations, its own measurements.
 ///
 /// ATE is taken after rigid alignment without scale, RPE from each matched pose to the next. The worst edge is the
 /// relative factor that the poses contradict most; a map with a tear has a large one.
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Args {
     /// Map, graph, log or TUM trajectory to measure.
     #[arg(value_name = "INPUT|T.tum")]
@@ -53,6 +54,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
     if let Some(path) = &args.plot {
         picture::check(path)?;
     }
+    report::check(args.report.as_deref())?;
     let map = load::map(&args.input)?;
     let truth = args.truth.as_deref().map(load::trajectory).transpose()?;
     let relations = args.relations.as_deref().map(load::relations).transpose()?;
@@ -63,9 +65,8 @@ pub fn run(args: &Args) -> Result<Outcome> {
         picture::write(path, &error_plot(&evaluation.errors).draw())?;
     }
     report::write(args.report.as_deref(), &evaluation)?;
-    match args.report.as_deref() {
-        Some(path) if path == Path::new("-") => eprint!("{}", table(&evaluation)), // stdout is for the JSON
-        _ => print!("{}", table(&evaluation)),
+    if !report::is_on_stdout(args.report.as_deref()) {
+        out::print(&table(&evaluation))?;
     }
     Ok(Outcome::Done)
 }

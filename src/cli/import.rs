@@ -8,13 +8,14 @@ use hitl_slam::front_end::{self, Chain};
 use hitl_slam::io::{self, Source};
 use hitl_slam::map::RawLog;
 
-use super::{Outcome, load};
+use super::{Outcome, load, options::positive, out};
 
 /// Turn a log or a graph into a map.
 ///
 /// A raw log becomes a chain of keyframes joined by odometry. With --graph or --initial its scans hang on the poses
 /// (and factors, closures included) of another SLAM's result.
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Args {
     /// CARMEN log (also .gz, .bz2, .xz), 16-column text, g2o or native map.
     log: PathBuf,
@@ -81,23 +82,32 @@ pub fn run(args: &Args) -> Result<Outcome> {
         _ => return Err(Error::input(args.log.display(), "found a trajectory, expected a log or a map")),
     };
     io::write_map(&args.output, &map)?;
-    println!(
-        "{}: {} poses, {} points, {} relative factors, {} scans",
+    let line = format!(
+        "{}: {} poses, {} points, {} relative factors, {} scans\n",
         args.output.display(),
         map.poses.len(),
         map.observations.len(),
         map.relative_factors.len(),
         map.scans.len()
     );
+    out::print(&line)?;
     Ok(Outcome::Done)
 }
 
 fn from_log(log: &RawLog, args: &Args) -> Result<hitl_slam::map::SlamMap> {
+    let k = &args.keyframes;
+    positive("--keyframe-distance-m", k.keyframe_distance_m)?;
+    positive("--keyframe-angle-deg", k.keyframe_angle_deg)?;
+    positive("--max-range-m", k.max_range_m)?;
+    if !(k.min_range_m >= 0.0 && k.min_range_m < k.max_range_m) {
+        let message = format!("found {}, expected a number from 0 to below --max-range-m", k.min_range_m);
+        return Err(Error::input("--min-range-m", message));
+    }
     let options = front_end::Options {
-        keyframe_distance_m: args.keyframes.keyframe_distance_m,
-        keyframe_angle_rad: args.keyframes.keyframe_angle_deg.to_radians(),
-        min_range_m: args.keyframes.min_range_m,
-        max_range_m: args.keyframes.max_range_m,
+        keyframe_distance_m: k.keyframe_distance_m,
+        keyframe_angle_rad: k.keyframe_angle_deg.to_radians(),
+        min_range_m: k.min_range_m,
+        max_range_m: k.max_range_m,
         ..front_end::Options::default()
     };
     let initial = args.initial.as_deref().map(load::trajectory).transpose()?;

@@ -7,7 +7,10 @@ use hitl_slam::geometry::Pose2;
 use hitl_slam::io::{self, Source};
 use hitl_slam::map::{RawLog, SlamMap, Trajectory};
 
-use super::{Outcome, load};
+use super::{Outcome, load, out};
+
+/// Indices shown in a list.
+const MAX_LISTED: usize = 10;
 
 /// Say what is in a file: poses, scans, factors, closures, bounds, stamps, frame offsets.
 #[derive(Debug, clap::Args)]
@@ -20,81 +23,93 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<Outcome> {
     let (format, read) = io::read(&args.input)?;
     load::remark(&read.warnings);
-    line("format", format.name());
+    let mut page = Page::default();
+    page.line("format", format.name());
     match &read.value {
-        Source::Log(log) => describe_log(log),
-        Source::Map(map) => describe_map(map),
-        Source::Trajectory(trajectory) => describe_trajectory(trajectory),
+        Source::Log(log) => describe_log(&mut page, log),
+        Source::Map(map) => describe_map(&mut page, map),
+        Source::Trajectory(trajectory) => describe_trajectory(&mut page, trajectory),
         _ => {}
     }
+    out::print(&page.text)?;
     Ok(Outcome::Done)
 }
 
-fn describe_log(log: &RawLog) {
+fn describe_log(page: &mut Page, log: &RawLog) {
     let poses: Vec<Pose2> = log.scans.iter().map(|s| s.odometry_from_robot).collect();
     let returns =
         |s: &hitl_slam::map::LogScan| s.ranges_m.iter().filter(|&&r| f64::from(r) < s.max_range_m).count();
-    line("scans", log.scans.len());
-    line("beams", span(log.scans.iter().map(|s| s.ranges_m.len() as f64)));
-    line("readings", log.scans.iter().map(returns).sum::<usize>());
-    line("max range", span(log.scans.iter().map(|s| s.max_range_m)) + " m");
-    line("field of view", span(log.scans.iter().map(|s| field_of_view(s).to_degrees().round())) + "°");
-    line("laser on robot", offset(log.robot_from_laser));
-    describe_path(&poses);
-    describe_stamps(&log.scans.iter().map(|s| s.stamp_s).collect::<Vec<_>>());
+    page.line("scans", log.scans.len());
+    page.line("beams", span(log.scans.iter().map(|s| s.ranges_m.len() as f64)));
+    page.line("readings", log.scans.iter().map(returns).sum::<usize>());
+    page.line("max range", span(log.scans.iter().map(|s| s.max_range_m)) + " m");
+    page.line("field of view", span(log.scans.iter().map(|s| field_of_view(s).to_degrees().round())) + "°");
+    page.line("laser on robot", offset(log.robot_from_laser));
+    describe_path(page, &poses);
+    describe_stamps(page, &log.scans.iter().map(|s| s.stamp_s).collect::<Vec<_>>());
 }
 
 fn field_of_view(scan: &hitl_slam::map::LogScan) -> f64 {
     scan.bearing_step_rad * scan.ranges_m.len().saturating_sub(1) as f64
 }
 
-fn describe_map(map: &SlamMap) {
+fn describe_map(page: &mut Page, map: &SlamMap) {
     let closures = map.relative_factors.iter().filter(|f| f.i.abs_diff(f.j) != 1).count();
-    line("poses", map.poses.len());
-    line("scans", map.scans.len());
-    line("points", map.observations.len());
-    line("relative factors", format!("{}, of which {closures} close loops", map.relative_factors.len()));
-    line("human factors", map.human_factors.len());
+    page.line("poses", map.poses.len());
+    page.line("scans", map.scans.len());
+    page.line("points", map.observations.len());
+    page.line("relative factors", format!("{}, of which {closures} close loops", map.relative_factors.len()));
+    page.line("human factors", map.human_factors.len());
     for factor in &map.human_factors {
         let (a, b) = (&factor.a, &factor.b);
-        println!(
-            "                    {}: {}, {} points of {} poses with {} points of {} poses",
-            factor.id,
-            factor.mode.name(),
-            a.points.len(),
-            a.sightings.len(),
-            b.points.len(),
-            b.sightings.len()
+        let (mode, points) = (factor.mode.name(), [a.points.len(), b.points.len()]);
+        let poses = [a.sightings.len(), b.sightings.len()];
+        page.line(
+            "",
+            format!(
+                "{}: {mode}, {} points of {} poses with {} points of {} poses",
+                factor.id, points[0], poses[0], points[1], poses[1]
+            ),
         );
     }
-    line("held poses", format!("{:?}", map.held_or_first()));
-    line("laser on robot", offset(map.robot_from_laser));
-    describe_path(&map.poses);
+    page.line("held poses", listed(&map.held_or_first()));
+    page.line("laser on robot", offset(map.robot_from_laser));
+    describe_path(page, &map.poses);
     match &map.stamps_s {
-        Some(_) => describe_stamps(&map.trajectory().stamps_s),
-        None => line("stamps", "none"),
+        Some(_) => describe_stamps(page, &map.trajectory().stamps_s),
+        None => page.line("stamps", "none"),
     }
 }
 
-fn describe_trajectory(trajectory: &Trajectory) {
-    line("poses", trajectory.poses.len());
-    describe_path(&trajectory.poses);
-    describe_stamps(&trajectory.stamps_s);
+fn describe_trajectory(page: &mut Page, trajectory: &Trajectory) {
+    page.line("poses", trajectory.poses.len());
+    describe_path(page, &trajectory.poses);
+    describe_stamps(page, &trajectory.stamps_s);
 }
 
-fn describe_path(poses: &[Pose2]) {
-    let length: f64 = poses.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm()).sum();
-    line("path", format!("{length:.1} m"));
+fn describe_path(page: &mut Page, poses: &[Pose2]) {
+    let length: f64 =
+        poses.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm()).fold(0.0, |a, b| a + b);
+    page.line("path", format!("{length:.1} m"));
     let x = span(poses.iter().map(|p| (p.x_m * 100.0).round() / 100.0));
     let y = span(poses.iter().map(|p| (p.y_m * 100.0).round() / 100.0));
-    line("bounds of poses", format!("x {x} m, y {y} m"));
+    page.line("bounds of poses", format!("x {x} m, y {y} m"));
 }
 
-fn describe_stamps(stamps_s: &[f64]) {
+fn describe_stamps(page: &mut Page, stamps_s: &[f64]) {
     let backwards = stamps_s.windows(2).filter(|w| w[1] <= w[0]).count();
-    line("stamps", span(stamps_s.iter().copied()) + " s");
+    page.line("stamps", span(stamps_s.iter().copied()) + " s");
     if backwards > 0 {
-        line("", format!("{backwards} do not increase"));
+        page.line("", format!("{backwards} do not increase"));
+    }
+}
+
+/// The first of many.
+fn listed(indices: &[usize]) -> String {
+    let shown: Vec<String> = indices.iter().take(MAX_LISTED).map(ToString::to_string).collect();
+    match indices.len().saturating_sub(MAX_LISTED) {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
     }
 }
 
@@ -107,6 +122,14 @@ fn span(values: impl Iterator<Item = f64>) -> String {
     if low == high { format!("{low}") } else { format!("{low} to {high}") }
 }
 
-fn line(name: &str, value: impl std::fmt::Display) {
-    println!("{name:<18}  {value}");
+/// What is printed.
+#[derive(Default)]
+struct Page {
+    text: String,
+}
+
+impl Page {
+    fn line(&mut self, name: &str, value: impl std::fmt::Display) {
+        self.text.push_str(&format!("{name:<18}  {value}\n"));
+    }
 }

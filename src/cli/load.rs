@@ -7,10 +7,12 @@ use hitl_slam::front_end::{self, Chain};
 use hitl_slam::io::{self, Source};
 use hitl_slam::map::{Correction, Observations, RawLog, Relation, SlamMap, Trajectory};
 
+use super::out;
+
 /// Prints remarks.
 pub fn remark(warnings: &[String]) {
     for warning in warnings {
-        eprintln!("hitl: note: {warning}");
+        out::complain(format_args!("note: {warning}"));
     }
 }
 

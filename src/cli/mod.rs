@@ -12,18 +12,21 @@ mod import;
 mod info;
 mod load;
 mod optimize;
+mod options;
+mod out;
 mod picture;
 mod render;
 mod report;
 mod simulate;
 mod tunables;
+mod usage;
 
 /// `--version`: the program's, and what it can solve with.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\nback ends: ", env!("HITL_BACK_ENDS"));
 
 /// Repairs bent 2D lidar maps: draw two strokes, say how they relate, and the whole map follows.
 #[derive(Parser)]
-#[command(name = "hitl", version = VERSION, max_term_width = 100)]
+#[command(name = "hitl", version = VERSION, max_term_width = 100, after_help = FIRST_STEPS)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -41,6 +44,16 @@ enum Command {
     Simulate(simulate::Args),
 }
 
+const FIRST_STEPS: &str = "\
+First steps, on a simulated robot's run:
+  hitl simulate loop -o run
+  hitl correct run/map.npz -c run/corrections.jsonl -o run/corrected.npz
+  hitl evaluate run/corrected.npz --truth run/truth.tum
+  hitl render run/corrected.npz --before run/map.npz -o run/both.png
+
+Exit codes: 0 done, 1 a check failed (correct --strict), 2 bad usage or input, 3 an internal error.
+Metres, radians and seconds everywhere.";
+
 /// How a job ended that did not fail.
 pub enum Outcome {
     /// Exit code 0.
@@ -53,16 +66,13 @@ pub enum Outcome {
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => {
-            let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
-        }
+        Err(error) => return usage::answer(&error),
     };
     match run(cli.command) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(error) => {
-            eprintln!("hitl: {error}");
+            out::complain(&error);
             ExitCode::from(match error {
                 Error::Internal(_) => 3,
                 _ => 2,

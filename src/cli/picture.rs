@@ -16,9 +16,10 @@ enum Format {
 /// Checks that `path` names a picture that can be written, before any work is done for it.
 ///
 /// # Errors
-/// If its extension is neither `.png` nor `.svg`.
+/// If its extension is neither `.png` nor `.svg`, or its folder cannot be written to.
 pub fn check(path: &Path) -> Result<()> {
-    format(path).map(|_| ())
+    format(path)?;
+    io::atomic::check(path)
 }
 
 /// Writes `picture` to `path`.

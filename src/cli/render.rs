@@ -6,7 +6,7 @@ use hitl_slam::error::{Error, Result};
 use hitl_slam::geometry::Vec2;
 use hitl_slam::render::{self, MapPictureOptions, WorldRect};
 
-use super::{Outcome, load, picture};
+use super::{Outcome, load, out, picture};
 
 /// Draw a picture of a map as PNG or SVG.
 ///
@@ -60,7 +60,8 @@ pub fn run(args: &Args) -> Result<Outcome> {
         None => render::map(&map, &options),
     };
     picture::write(&args.output, &drawn)?;
-    println!("{}: {} × {} pixels", args.output.display(), drawn.width(), drawn.height());
+    let line = format!("{}: {} × {} pixels\n", args.output.display(), drawn.width(), drawn.height());
+    out::print(&line)?;
     Ok(Outcome::Done)
 }
 

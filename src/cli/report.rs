@@ -5,14 +5,31 @@ use std::path::Path;
 use hitl_slam::error::{Error, Result};
 use hitl_slam::io;
 
+use super::out;
+
+/// True if the report goes to stdout, which then is for nothing else.
+pub fn is_on_stdout(path: Option<&Path>) -> bool {
+    path == Some(Path::new("-"))
+}
+
+/// Checks that a report can be written, before any work is done for it.
+///
+/// # Errors
+/// As [`io::atomic::check`].
+pub fn check(path: Option<&Path>) -> Result<()> {
+    match path {
+        Some(file) if !is_on_stdout(path) => io::atomic::check(file),
+        _ => Ok(()),
+    }
+}
+
 /// Writes `report` where the user asked for it, if anywhere.
 pub fn write(path: Option<&Path>, report: &impl serde::Serialize) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
     let mut text = serde_json::to_string_pretty(report).map_err(|e| Error::Internal(e.to_string()))?;
     text.push('\n');
-    if path == Path::new("-") {
-        print!("{text}");
-        return Ok(());
+    if is_on_stdout(Some(path)) {
+        return out::print(&text);
     }
     io::atomic::write(path, |out| out.write_all(text.as_bytes()))
 }

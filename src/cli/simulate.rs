@@ -9,7 +9,7 @@ use hitl_slam::io;
 use hitl_slam::map::Trajectory;
 use hitl_slam::simulate::{self, Scenario, Settings, Wall};
 
-use super::Outcome;
+use super::{Outcome, out};
 
 /// Simulate a robot's run: a bent map, its truth, and the corrections a person would draw on it.
 ///
@@ -17,6 +17,7 @@ use super::Outcome;
 /// corrections.jsonl (what a person would draw; input of `hitl correct`) and walls.csv (the world).
 /// The same options always write the same files.
 #[derive(clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Args {
     /// loop: one lap of a ring of corridors, 650 poses. campus: three buildings, 3,100 poses
     #[arg(value_parser = PossibleValuesParser::new(Scenario::ALL.map(Scenario::name)))]
@@ -50,6 +51,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
         range_noise_m: args.range_noise_m,
         drawing_noise_m: args.drawing_noise_m,
     };
+    io::check_map_path(&args.output.join("map.npz"))?;
     let simulation = simulate::run(scenario, &settings)?;
     let truth = Trajectory { poses: simulation.truth, ..simulation.map.trajectory() };
 
@@ -58,14 +60,15 @@ pub fn run(args: &Args) -> Result<Outcome> {
     io::tum::write(&folder.join("truth.tum"), &truth)?;
     io::corrections::write(&folder.join("corrections.jsonl"), &simulation.corrections)?;
     write_walls(&folder.join("walls.csv"), &simulation.walls)?;
-    println!(
-        "{scenario}, seed {}: {} poses, {} points, {} corrections → {}",
+    let line = format!(
+        "{scenario}, seed {}: {} poses, {} points, {} corrections → {}\n",
         settings.seed,
         simulation.map.poses.len(),
         simulation.map.observations.len(),
         simulation.corrections.len(),
         folder.display()
     );
+    out::print(&line)?;
     Ok(Outcome::Done)
 }
 

@@ -7,6 +7,8 @@ use hitl_slam::pipeline::Options;
 use hitl_slam::solver::Loss;
 use serde::Serialize;
 
+use crate::cli::options::{at_least_one, positive};
+
 /// Flags of the pipeline.
 #[derive(Debug, Clone, clap::Args, Serialize)]
 #[command(next_help_heading = "Tunables")]
@@ -87,6 +89,7 @@ pub enum LossFlag {
 impl Tunables {
     /// The pipeline's options.
     pub fn options(&self) -> Result<Options> {
+        self.check()?;
         let mut options = Options { initial_guess: !self.no_initial_guess, ..Options::default() };
         options.interpret.drawing_sigma_m = self.drawing_sigma_m;
         options.interpret.min_points = self.min_points;
@@ -109,5 +112,16 @@ impl Tunables {
         options.interpret.validate()?;
         options.joint.validate()?;
         Ok(options)
+    }
+
+    fn check(&self) -> Result<()> {
+        positive("--drawing-sigma-m", self.drawing_sigma_m)?;
+        at_least_one("--min-points", self.min_points.unwrap_or(1))?;
+        positive("--observation-sigma-m", self.observation_sigma_m)?;
+        positive("--tie-sigma-m", self.tie_sigma_m)?;
+        positive("--offset-sigma-m", self.offset_sigma_m)?;
+        positive("--angle-sigma-rad", self.angle_sigma_rad)?;
+        positive("--loss-scale", self.loss_scale)?;
+        at_least_one("--max-iterations", self.max_iterations)
     }
 }

@@ -71,10 +71,14 @@ pub fn catch(
     options: &Options,
 ) -> Result<Caught, String> {
     let drawn = Segment::from_ends(ends[0], ends[1]);
+    let sigma_m = options.drawing_sigma_m;
+    if 2.0 * drawn.half_length_m <= sigma_m {
+        return Err(format!("it is shorter than the drawing accuracy of {sigma_m} m"));
+    }
     let min_points = options.min_points.unwrap_or(reach.min_points);
     let candidates = candidates(observations, poses, reach, &drawn, REACH_SIGMAS * options.drawing_sigma_m);
     let Some(fit) = em::fit(&drawn, &candidates, options) else {
-        return Err(format!("no wall within {:.2} m of it", 3.0 * options.drawing_sigma_m));
+        return Err(format!("no wall within {:.2} m of it", 3.0 * sigma_m));
     };
     let selected: Vec<&Candidate> = em::select(&fit.segment, &candidates, options.drawing_sigma_m).collect();
     let sightings: Vec<&[&Candidate]> =

@@ -23,7 +23,8 @@ type Checked<T> = std::result::Result<T, String>;
 /// Reads corrections. One without an `id` is called `c1`, `c2`, … by its place among the corrections.
 ///
 /// # Errors
-/// [`crate::error::Error::Input`] at `file:line`, naming the field, what was found and what was expected.
+/// [`crate::error::Error::Input`] at `file:line`, naming the field, what was found and what was expected; or if there
+/// is no correction in the file.
 pub fn read(path: &Path) -> Result<Read<Vec<Correction>>> {
     let mut lines = Lines::open(path)?;
     let mut corrections: Vec<Correction> = Vec::new();
@@ -39,6 +40,9 @@ pub fn read(path: &Path) -> Result<Read<Vec<Correction>>> {
         }
         corrections.push(correction);
     }
+    if corrections.is_empty() {
+        return Err(lines.file_error("found no correction, expected one JSON object a line"));
+    }
     for (k, correction) in corrections.iter_mut().enumerate().filter(|(_, c)| c.id.is_empty()) {
         let mut id = format!("c{}", k + 1);
         while !ids.insert(id.clone()) {
@@ -51,8 +55,9 @@ pub fn read(path: &Path) -> Result<Read<Vec<Correction>>> {
 
 /// One line; the id is empty where the line has none.
 fn parse(line: &[u8]) -> Checked<Correction> {
-    let value: Value = serde_json::from_slice(line)
-        .map_err(|e| format!("found text that is not JSON ({e}), expected one JSON object a line"))?;
+    let value: Value = serde_json::from_slice(line).map_err(|e| {
+        format!("found text that is not JSON ({}), expected one JSON object a line", fault(&e))
+    })?;
     let Value::Object(object) = value else {
         return Err(format!("found {}, expected a JSON object", describe(&value)));
     };
@@ -91,6 +96,11 @@ fn parse(line: &[u8]) -> Checked<Correction> {
     let a = stroke(object.get("a")).map_err(|m| format!("a: {m}"))?;
     let b = stroke(object.get("b")).map_err(|m| format!("b: {m}"))?;
     Ok(Correction { id, mode, a, b, weight, enabled })
+}
+
+/// serde's complaint without its own count of lines, which is always 1.
+fn fault(error: &serde_json::Error) -> String {
+    error.to_string().replace(" at line 1 column ", " at column ")
 }
 
 fn known_fields(object: &Map<String, Value>, known: &[&str]) -> Checked<()> {

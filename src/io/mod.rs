@@ -93,16 +93,17 @@ fn map_format(path: &Path) -> Result<MapFormat> {
 /// Checks, before any work is done for it, that a map can be written under this name.
 ///
 /// # Errors
-/// [`Error::Input`] if the extension is unknown.
+/// [`Error::Input`] if the extension is unknown; else as [`atomic::check`].
 pub fn check_map_path(path: &Path) -> Result<()> {
-    map_format(path).map(|_| ())
+    map_format(path)?;
+    atomic::check(path)
 }
 
 /// Writes a map in the format of the extension: `.npz` everything, `.g2o` the graph, `.stfs.covars` chain and points,
 /// `.tum` or `.txt` the trajectory of every scan.
 ///
 /// # Errors
-/// As [`check_map_path`]; or if the format cannot hold the map or the file cannot be written.
+/// [`Error::Input`] if the extension is unknown; or if the format cannot hold the map or the file cannot be written.
 pub fn write_map(path: &Path, map: &SlamMap) -> Result<()> {
     match map_format(path)? {
         MapFormat::Native => native::write(path, map),

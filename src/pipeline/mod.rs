@@ -10,7 +10,7 @@ pub use report::{CorrectionReport, Stroke, Timings};
 use std::time::Instant;
 
 use crate::copslam;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::explicit;
 use crate::geometry::{Pose2, Segment, Vec2, angle_diff};
 use crate::interpret::{self, Caught, Reach, Split};
@@ -69,10 +69,11 @@ impl Corrector {
     pub fn new(map: SlamMap, options: Options) -> Result<Self> {
         options.interpret.validate()?;
         options.joint.validate()?;
+        options.joint.backend.require()?;
         map.validate("map")?;
         if map.observations.is_empty() {
             let message = "found none, expected laser points for the strokes to catch";
-            return Err(crate::error::Error::input("map: points", message));
+            return Err(Error::input("map: points", message));
         }
         let reach = Reach::new(&map.observations);
         let chain_variances = copslam::chain_variances(&map);
@@ -162,7 +163,15 @@ impl Corrector {
         };
         let stage = Instant::now();
         let Prepared { poses, factors, .. } = &mut prepared;
-        let solve = joint::optimize(&self.map, poses, factors, &self.options.joint)?;
+        let solve = match joint::optimize(&self.map, poses, factors, &self.options.joint) {
+            Ok(solve) => solve,
+            // Map and options are sound: only numbers that overflow on the way can have made the problem unsound.
+            Err(Error::Input { .. }) => {
+                prepared.report.refuse("the numbers of the map are too large to compute with".into());
+                return Ok(prepared.report);
+            }
+            Err(error) => return Err(error),
+        };
         prepared.report.timings.optimize_ms = milliseconds(stage);
         Ok(self.conclude(prepared, &solve))
     }

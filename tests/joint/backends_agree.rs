@@ -6,7 +6,7 @@ use hitl_slam::map::Mode;
 use hitl_slam::pipeline;
 use hitl_slam::solver::{self, Problem};
 
-use crate::support::both_backends::{ceres_or_skip, skipped};
+use crate::support::both_backends::ceres_or_skip;
 use crate::support::dice::Dice;
 use crate::support::{problems, public_graph, room};
 

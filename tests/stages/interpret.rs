@@ -94,13 +94,13 @@ fn what_a_stroke_catches_is_what_a_naive_search_finds() {
     let caught = read(&observations, &poses, [[0.5, 0.03], [3.5, -0.02]]).expect("a wall");
     let segment = caught.fit.segment;
     let mut naive = Vec::new();
-    for pose in 0..poses.len() {
+    for (pose, world_from_robot) in poses.iter().enumerate() {
         let on_wall: Vec<u32> = observations
             .range(pose)
             .filter(|&i| {
                 let (along, across) =
-                    segment.along_across(poses[pose].transform_point(observations.point(i)));
-                let normal = poses[pose].rotate(observations.normal(i));
+                    segment.along_across(world_from_robot.transform_point(observations.point(i)));
+                let normal = world_from_robot.rotate(observations.normal(i));
                 along.abs() <= segment.half_length_m
                     && across.abs() <= 0.1
                     && (normal == Vec2::zeros() || normal.dot(&segment.normal()).abs() > 0.866)

@@ -4,7 +4,7 @@ mod pictures;
 mod report;
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hitl_slam::error::{Error, Result};
@@ -14,10 +14,19 @@ use hitl_slam::pipeline::{CorrectionReport, Corrector};
 use hitl_slam::{interpret, io};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Outcome, load, tunables};
+use super::{Outcome, load, out, tunables};
 
 /// Correct a map: apply two-stroke corrections in order, each optimised with all that came before.
+///
+/// Every correction says of two strokes, drawn on two stretches of wall, how the walls relate:
+///   colocation     the same wall, and the same place along it
+///   collinear      on one line, free to slide along it
+///   parallel       same direction
+///   perpendicular  at a right angle
+/// A correction that cannot be applied (no wall under a stroke, say) is rejected with its reason; the rest go on.
+/// `hitl correct MAP -c C.jsonl --interpret-only --pictures DIR` shows what the strokes catch before anything moves.
 #[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub struct Args {
     /// Native map, or any file that `hitl import` reads.
     input: PathBuf,
@@ -51,7 +60,7 @@ pub struct Args {
     #[arg(long, value_name = "R.json")]
     report: Option<PathBuf>,
 
-    /// Folder for pictures: before, after, and both side by side.
+    /// Folder for pictures: before, after, and both side by side; with --interpret-only the strokes on the map.
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
 
@@ -65,15 +74,13 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<Outcome> {
-    if let Some(output) = &args.output {
-        io::check_map_path(output)?;
-    }
+    check_outputs(args)?;
     args.solver.require()?;
     let mut options = args.tunables.options()?;
     options.joint.backend = args.solver;
     let corrections = load::corrections(&args.corrections)?;
     let map = load::map(&args.input)?;
-    interpret::check(&map, &corrections)?;
+    interpret::check(&map, &corrections).map_err(|error| in_file(&args.corrections, error))?;
     if map.observations.is_empty() {
         let message = "found a map without points, expected laser points for the strokes to catch";
         return Err(Error::input(args.input.display(), message));
@@ -89,14 +96,51 @@ pub fn run(args: &Args) -> Result<Outcome> {
     let total_ms = start.elapsed().as_secs_f64() * 1e3;
 
     let json = report::Report::new(&corrector, &args.tunables, &reports, total_ms);
-    if args.report.as_deref() != Some(std::path::Path::new("-")) {
-        table::print(&json, args.interpret_only);
-    }
     let map = corrector.into_map();
     write_outputs(args, &map, before.as_ref(), &reports)?;
+    if !super::report::is_on_stdout(args.report.as_deref()) {
+        out::print(&table::text(&json, args.interpret_only))?;
+    }
     super::report::write(args.report.as_deref(), &json)?;
     let rejected = reports.iter().any(|r| r.rejection.is_some() && r.enabled);
     Ok(if args.strict && rejected { Outcome::CheckFailed } else { Outcome::Done })
+}
+
+/// An error of a correction, with the file that it stands in.
+fn in_file(file: &Path, error: Error) -> Error {
+    match error {
+        Error::Input { place, message } => {
+            Error::Input { place: format!("{}: {place}", file.display()), message }
+        }
+        other => other,
+    }
+}
+
+/// Whatever cannot be written must be known before the work begins, and no output may take another's place.
+fn check_outputs(args: &Args) -> Result<()> {
+    if let Some(output) = &args.output {
+        io::check_map_path(output)?;
+    }
+    if let Some(trajectory) = &args.trajectory {
+        io::atomic::check(trajectory)?;
+    }
+    if let Some(folder) = &args.pictures {
+        io::atomic::check(&folder.join("before.png"))?;
+    }
+    super::report::check(args.report.as_deref())?;
+    let report = args.report.as_ref().filter(|r| !super::report::is_on_stdout(Some(r)));
+    let files = [
+        ("--output", args.output.as_ref()),
+        ("--trajectory", args.trajectory.as_ref()),
+        ("--report", report),
+    ];
+    for (k, &(_, file)) in files.iter().enumerate() {
+        if let Some((name, _)) = files[..k].iter().find(|(_, other)| file.is_some() && *other == file) {
+            let message = format!("found the same file as for {name}, expected another");
+            return Err(Error::input(files[k].0, message));
+        }
+    }
+    Ok(())
 }
 
 /// One report per correction, in order.
@@ -126,17 +170,17 @@ fn write_outputs(
     before: Option<&SlamMap>,
     reports: &[CorrectionReport],
 ) -> Result<()> {
-    if let (Some(folder), Some(before)) = (&args.pictures, before) {
-        pictures::write(folder, before, map, reports, args.interpret_only)?;
+    if !args.interpret_only {
+        // The map first: its format may not be able to hold it.
+        if let Some(path) = &args.output {
+            io::write_map(path, map)?;
+        }
+        if let Some(path) = &args.trajectory {
+            io::tum::write(path, &map.trajectory())?;
+        }
     }
-    if args.interpret_only {
-        return Ok(());
-    }
-    if let Some(path) = &args.trajectory {
-        io::tum::write(path, &map.trajectory())?;
-    }
-    match &args.output {
-        Some(path) => io::write_map(path, map),
-        None => Ok(()),
+    match (&args.pictures, before) {
+        (Some(folder), Some(before)) => pictures::write(folder, before, map, reports, args.interpret_only),
+        _ => Ok(()),
     }
 }

@@ -2,19 +2,20 @@
 
 use super::report::{Entry, Report};
 
-/// Prints one line per correction and a summary.
-pub fn print(report: &Report, interpret_only: bool) {
-    println!("{} poses, {} points", report.poses, report.observations);
+/// One line per correction and a summary.
+pub fn text(report: &Report, interpret_only: bool) -> String {
+    let mut text = format!("{} poses, {} points\n", report.poses, report.observations);
     let width = report.corrections.iter().map(|c| c.id.chars().count()).max().unwrap_or(0).max(2);
     for c in &report.corrections {
         let what = if interpret_only { interpretation(c) } else { correction(c) };
-        println!("  {:<width$}  {:<13}  {what}", c.id, c.mode.name());
+        text.push_str(&format!("  {:<width$}  {:<13}  {what}\n", c.id, c.mode.name()));
     }
-    if interpret_only {
-        return;
+    if !interpret_only {
+        let (accepted, all) =
+            (report.corrections.iter().filter(|c| c.accepted).count(), report.corrections.len());
+        text.push_str(&format!("{accepted} of {all} corrections applied in {:.0} ms\n", report.total_ms));
     }
-    let accepted = report.corrections.iter().filter(|c| c.accepted).count();
-    println!("{accepted} of {} corrections applied in {:.0} ms", report.corrections.len(), report.total_ms);
+    text
 }
 
 fn correction(c: &Entry) -> String {
@@ -45,12 +46,12 @@ fn interpretation(c: &Entry) -> String {
         return format!("would be rejected: {reason}");
     }
     format!(
-        "earlier feature {} points of {} poses, later {} points of {} poses; now {} apart, {:.2}° off",
+        "earlier feature {} points of {} poses, later {} points of {} poses; now {}{:.2}° off",
         c.observations_a,
         c.poses_a,
         c.observations_b,
         c.poses_b,
-        c.offset_before_m.map_or("–".into(), |m| format!("{:.1} cm", 100.0 * m)),
+        c.offset_before_m.map_or(String::new(), |m| format!("{:.1} cm apart, ", 100.0 * m)),
         c.angle_before_rad.unwrap_or(0.0).to_degrees()
     )
 }
