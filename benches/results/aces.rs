@@ -50,7 +50,7 @@ pub fn section() -> Result<Section> {
     let accepted = reports.iter().filter(|r| r.accepted()).count();
     let (before, after) = (measure(&map), measure(&corrected));
     section.body = format!(
-        "`data/aces.clf.bz2`: {} scans, {} poses by wheel odometry, {} strokes' corrections of which {accepted} were accepted, no loop \
+        "`data/aces.clf.bz2`: {} scans, {} poses by wheel odometry, {} corrections of which {accepted} were accepted, no loop \
          closure and no scan matching. Mean error against `data/aces.relations`.\n\n\
          | relations | count | before | after |\n|---|---|---|---|\n",
         log.scans.len(),

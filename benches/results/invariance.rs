@@ -93,7 +93,7 @@ pub fn section() -> Result<Section> {
             measured: 1e3 * measured,
             bound: 1e3 * BOUND_M,
             unit: "mm",
-            decimals: 6,
+            decimals: 3,
             why: "the same to 1 mm",
         })
         .collect();

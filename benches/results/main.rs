@@ -19,8 +19,11 @@ use std::time::Instant;
 
 use page::{Result, Section};
 
+/// Measures one section.
+type Measure = fn() -> Result<Section>;
+
 /// In the order of the page.
-const SECTIONS: [(&str, fn() -> Result<Section>); 7] = [
+const SECTIONS: [(&str, Measure); 7] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),

@@ -20,12 +20,22 @@ impl Claim {
     fn row(&self) -> String {
         let Claim { what, measured, bound, unit, decimals, why } = self;
         // Judged as printed, so that a reader comes to the same verdict.
-        let round = |v: f64| format!("{v:.decimals$}").parse::<f64>().unwrap_or(f64::NAN);
-        let met = if round(*measured) <= round(*bound) { "yes" } else { "**no**" };
+        let (measured, bound) = (printed(*measured, *decimals), printed(*bound, *decimals));
+        let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
+        let met = if number(&measured) <= number(&bound) { "yes" } else { "**no**" };
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-        let row =
-            format!("| {what} | {measured:.decimals$}{unit} | ≤ {bound:.decimals$}{unit} | {met} | {why} |");
-        row.replace(" -0.", " −0.").replace(" -", " −")
+        let row = format!("| {what} | {measured}{unit} | ≤ {bound}{unit} | {met} | {why} |");
+        row.replace(" -", " −")
+    }
+}
+
+/// With so many decimals; in powers of ten what they could not show.
+fn printed(value: f64, decimals: usize) -> String {
+    let plain = format!("{value:.decimals$}");
+    if value != 0.0 && plain.trim_matches(['-', '0', '.']).is_empty() {
+        format!("{value:.1e}")
+    } else {
+        plain
     }
 }
 

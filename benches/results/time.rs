@@ -7,7 +7,10 @@ use crate::page::{Claim, Result, Section};
 use crate::stats::Sample;
 use crate::{big, runs};
 
-const STAGES: [(&str, fn(&Timings) -> f64); 5] = [
+/// One stage's share, ms.
+type Stage = fn(&Timings) -> f64;
+
+const STAGES: [(&str, Stage); 5] = [
     ("interpret", |t| t.interpret_ms),
     ("explicit", |t| t.explicit_ms),
     ("copslam", |t| t.copslam_ms),
@@ -35,10 +38,13 @@ pub fn section() -> Result<Section> {
     for (simulation, repetitions) in &cases {
         measured.push(timings(simulation, *repetitions)?);
     }
-    let sample = |case: usize, stage: fn(&Timings) -> f64| Sample::of(measured[case].iter().map(stage));
-    let mut body = String::from(
+    let sample = |case: usize, stage: Stage| Sample::of(measured[case].iter().map(stage));
+    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    let load = load.split(' ').next().unwrap_or("unknown");
+    let mut body = format!(
         "Release build, one thread, ms: median (smallest–largest) over all corrections of a run, repeated. What the pipeline \
-         reports; reading, writing and drawing are not in it. The last column is the map of the next section.\n\n",
+         reports; reading, writing and drawing are not in it. The last column is the map of the next section. Load average while measuring: {load} on \
+         two cores: with others at work the smallest value tells more than the median.\n\n",
     );
     let heads = cases.iter().zip(&measured).map(|((s, _), m)| {
         let (poses, points) = (s.map.poses.len(), s.map.observations.len());
