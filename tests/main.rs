@@ -20,6 +20,8 @@ mod laws;
 mod layering;
 /// Errors of trajectories and maps, against naive twins.
 mod metrics;
+/// The committed docs/RESULTS.md keeps its promises.
+mod paper_numbers;
 /// The whole pipeline on simulated maps.
 mod pipeline;
 /// Pictures: what is drawn where, and the same bytes every time.

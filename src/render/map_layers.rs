@@ -113,17 +113,22 @@ pub fn human_factors(pairs: &[(Segment, Segment)], view: &Viewport, unit: f32) -
     items
 }
 
-/// A feature as seen from the poses of another state of the same map: the line through its points S as those poses
-/// place them (total least squares), from the first to the last of them. `None` if the two don't belong together.
+/// A feature as seen from the poses of another state of the same map: the line through those of its points S that its
+/// own visit saw, as those poses place them (total least squares), from the first to the last of them; points of the
+/// other visit lie elsewhere on a bent map. `None` if the two don't belong together.
 pub fn refit(feature: &Feature, map: &SlamMap) -> Option<Segment> {
-    let place = |&index: &u32| {
+    let own: Vec<usize> = feature.sightings.iter().filter(|s| s.tied).map(|s| s.pose).collect();
+    let mut points = Vec::with_capacity(feature.points.len());
+    for &index in &feature.points {
         let index = index as usize;
-        let inside = index < map.observations.len();
-        inside.then(|| {
-            map.poses[map.observations.pose_of(index)].transform_point(map.observations.point(index))
-        })
-    };
-    let points: Vec<Vec2> = feature.points.iter().map(place).collect::<Option<_>>()?;
+        if index >= map.observations.len() {
+            return None;
+        }
+        let pose = map.observations.pose_of(index);
+        if own.binary_search(&pose).is_ok() {
+            points.push(map.poses[pose].transform_point(map.observations.point(index)));
+        }
+    }
     let mean = points.iter().sum::<Vec2>() / points.len().max(1) as f64;
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for d in points.iter().map(|p| p - mean) {

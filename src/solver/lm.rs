@@ -65,9 +65,10 @@ fn descend(
     report: &mut Report,
 ) -> Option<Termination> {
     let gradient_max = equations.gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
+    let mut factor = 10.0;
     loop {
         let Some(delta) = equations.step(*damping) else {
-            *damping = raised(*damping);
+            raise(damping, &mut factor);
             if *damping > HOPELESS_DAMPING {
                 return Some(Termination::NoProgress);
             }
@@ -108,7 +109,7 @@ fn descend(
             *damping = (*damping / 10.0).max(NEGLIGIBLE_DAMPING);
             return None;
         }
-        *damping = raised(*damping);
+        raise(damping, &mut factor);
         if *damping > HOPELESS_DAMPING {
             return Some(Termination::NoProgress);
         }
@@ -133,8 +134,11 @@ fn take_last_step(
     }
 }
 
-fn raised(damping: f64) -> f64 {
-    (10.0 * damping).max(1e-6)
+/// λ after a refused step: times 10, times 100 after the next, and so on. A single jump would land so far above a weak
+/// direction's scale that a handful of short steps are needed to come back.
+fn raise(damping: &mut f64, factor: &mut f64) {
+    *damping *= *factor;
+    *factor *= 10.0;
 }
 
 fn milliseconds(since: Instant) -> f64 {

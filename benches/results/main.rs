@@ -1,0 +1,65 @@
+//! `cargo bench --bench results`: measures everything that docs/RESULTS.md says, and writes that page and its pictures.
+//! With section names as arguments (`-- accuracy timing`) only those, printed instead of written.
+
+mod accuracy;
+mod aces;
+mod along_line;
+mod baseline;
+mod big;
+mod child;
+mod figures;
+mod invariance;
+mod page;
+mod runs;
+mod stats;
+mod time;
+mod weights;
+
+use std::time::Instant;
+
+use page::{Result, Section};
+
+/// Measures one section.
+type Measure = fn() -> Result<Section>;
+
+/// In the order of the page.
+const SECTIONS: [(&str, Measure); 7] = [
+    ("accuracy", accuracy::section),
+    ("invariance", invariance::section),
+    ("along-line", along_line::section),
+    ("time", time::section),
+    ("size", big::section),
+    ("weights", weights::section),
+    ("aces", aces::section),
+];
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    // `cargo test --benches` runs this too, without `--bench`: then there is nothing to do.
+    if !arguments.iter().any(|a| a == "--bench") {
+        println!("skipped: run it with `cargo bench --bench results`");
+        return Ok(());
+    }
+    let wanted: Vec<&str> = arguments.iter().map(String::as_str).filter(|a| !a.starts_with('-')).collect();
+    if let Some(unknown) = wanted.iter().find(|w| SECTIONS.iter().all(|(name, _)| name != *w)) {
+        let names = SECTIONS.map(|(name, _)| name).join(", ");
+        return Err(format!("found section \"{unknown}\", expected some of {names}").into());
+    }
+    let start = Instant::now();
+    let mut sections = Vec::new();
+    for (name, measure) in SECTIONS {
+        if wanted.is_empty() || wanted.contains(&name) {
+            let begun = Instant::now();
+            sections.push(measure()?);
+            eprintln!("{name}: {:.1} s", begun.elapsed().as_secs_f64());
+        }
+    }
+    let page = page::page(&sections, start.elapsed().as_secs_f64());
+    if wanted.is_empty() {
+        std::fs::write(page::project("docs/RESULTS.md"), page)?;
+        println!("wrote docs/RESULTS.md in {:.0} s", start.elapsed().as_secs_f64());
+    } else {
+        println!("{page}");
+    }
+    Ok(())
+}
