@@ -24,5 +24,6 @@ pub mod map;
 pub mod metrics;
 pub mod pipeline;
 pub mod render;
+pub mod scan_match;
 pub mod simulate;
 pub mod solver;

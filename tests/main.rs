@@ -26,6 +26,8 @@ mod paper_numbers;
 mod pipeline;
 /// Pictures: what is drawn where, and the same bytes every time.
 mod render;
+/// Scan matching: its parts and the chain it makes of a real log.
+mod scan_match;
 /// Simulated worlds against their own claims.
 mod simulate;
 /// Each stage of the pipeline by itself.

@@ -7,6 +7,7 @@ use hitl_slam::error::{Error, Result};
 use hitl_slam::front_end::{self, Chain};
 use hitl_slam::io::{self, Source};
 use hitl_slam::map::RawLog;
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Outcome, load, options::positive, out};
 
@@ -47,18 +48,20 @@ enum FrontEnd {
     None,
     /// The wheels.
     Odometry,
+    /// Every scan matched to a local map of the ones before it; no loop closure.
+    ScanMatch,
 }
 
 /// Options of the front end.
 #[derive(Debug, clap::Args)]
 struct Keyframes {
-    /// A new pose after this distance, metres.
-    #[arg(long, value_name = "M", default_value_t = front_end::Options::default().keyframe_distance_m)]
-    keyframe_distance_m: f64,
+    /// A new pose after this distance, metres [default: 0.25; scan-match: 0.4].
+    #[arg(long, value_name = "M")]
+    keyframe_distance_m: Option<f64>,
 
-    /// A new pose after this turn, degrees.
-    #[arg(long, value_name = "DEG", default_value_t = front_end::Options::default().keyframe_angle_rad.to_degrees())]
-    keyframe_angle_deg: f64,
+    /// A new pose after this turn, degrees [default: 10; scan-match: 17].
+    #[arg(long, value_name = "DEG")]
+    keyframe_angle_deg: Option<f64>,
 
     /// Drop returns nearer than this, metres.
     #[arg(long, value_name = "M", default_value_t = front_end::Options::default().min_range_m)]
@@ -96,27 +99,41 @@ pub fn run(args: &Args) -> Result<Outcome> {
 
 fn from_log(log: &RawLog, args: &Args) -> Result<hitl_slam::map::SlamMap> {
     let k = &args.keyframes;
-    positive("--keyframe-distance-m", k.keyframe_distance_m)?;
-    positive("--keyframe-angle-deg", k.keyframe_angle_deg)?;
+    let defaults = match args.front_end {
+        Some(FrontEnd::ScanMatch) => front_end::Options::for_scan_matching(),
+        _ => front_end::Options::default(),
+    };
+    let keyframe_distance_m = k.keyframe_distance_m.unwrap_or(defaults.keyframe_distance_m);
+    let keyframe_angle_deg = k.keyframe_angle_deg.unwrap_or(defaults.keyframe_angle_rad.to_degrees());
+    positive("--keyframe-distance-m", keyframe_distance_m)?;
+    positive("--keyframe-angle-deg", keyframe_angle_deg)?;
     positive("--max-range-m", k.max_range_m)?;
     if !(k.min_range_m >= 0.0 && k.min_range_m < k.max_range_m) {
         let message = format!("found {}, expected a number from 0 to below --max-range-m", k.min_range_m);
         return Err(Error::input("--min-range-m", message));
     }
     let options = front_end::Options {
-        keyframe_distance_m: k.keyframe_distance_m,
-        keyframe_angle_rad: k.keyframe_angle_deg.to_radians(),
+        keyframe_distance_m,
+        keyframe_angle_rad: keyframe_angle_deg.to_radians(),
         min_range_m: k.min_range_m,
         max_range_m: k.max_range_m,
-        ..front_end::Options::default()
+        ..defaults
     };
     let initial = args.initial.as_deref().map(load::trajectory).transpose()?;
     let graph = args.graph.as_deref().map(load::graph).transpose()?;
+    let bar = ProgressBar::new(log.scans.len() as u64).with_style(
+        ProgressStyle::with_template("matching scans {bar:30} {pos}/{len}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    let progress = |done: usize| bar.set_position(done as u64);
     let chain = match (&graph, &initial, args.front_end) {
         (Some(graph), stamps, _) => Chain::Graph { graph, stamps: stamps.as_ref() },
         (None, Some(initial), _) => Chain::Initial(initial),
+        (None, None, Some(FrontEnd::ScanMatch)) => Chain::ScanMatch { progress: &progress },
         (None, None, Some(FrontEnd::None)) => Chain::LoggedPoses,
         (None, None, Some(FrontEnd::Odometry) | None) => Chain::Odometry,
     };
-    load::map_of(log, chain, &options)
+    let map = load::map_of(log, chain, &options);
+    bar.finish_and_clear();
+    map
 }

@@ -10,6 +10,7 @@ mod initial;
 mod noise;
 mod options;
 mod points;
+mod scan_match;
 mod stamps;
 
 use crate::error::{Error, Result};
@@ -20,11 +21,16 @@ pub use options::Options;
 pub use points::observe;
 
 /// Where the pose chain comes from.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 #[non_exhaustive]
 pub enum Chain<'a> {
     /// The wheels: `LogScan::odometry_from_robot`.
     Odometry,
+    /// Every scan matched to a local map of the ones before it, with the wheels as prior.
+    ScanMatch {
+        /// Told the number of scans done, for a progress bar.
+        progress: &'a dyn Fn(usize),
+    },
     /// The poses that the log gives for its scans, as they stand: `LogScan::world_from_robot`.
     LoggedPoses,
     /// Poses and factors, closures too, of another SLAM's graph.
@@ -50,6 +56,7 @@ pub fn build(log: &RawLog, chain: Chain<'_>, options: &Options) -> Result<(SlamM
     let mut warnings = Vec::new();
     let skeleton = match chain {
         Chain::Odometry => chain::by_motion(log, |s| s.odometry_from_robot, options),
+        Chain::ScanMatch { progress } => scan_match::skeleton(log, options, progress),
         Chain::LoggedPoses => chain::by_motion(log, |s| s.world_from_robot, options),
         Chain::Graph { graph, stamps } => graph::skeleton(log, graph, stamps, &mut warnings)?,
         Chain::Initial(trajectory) => initial::skeleton(log, trajectory, options, &mut warnings)?,

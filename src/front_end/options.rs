@@ -31,6 +31,11 @@ impl Default for Options {
 }
 
 impl Options {
+    /// As the default, with the wider keyframes that scan matching needs: each one costs a new local map.
+    pub fn for_scan_matching() -> Self {
+        Options { keyframe_distance_m: 0.4, keyframe_angle_rad: 0.3, ..Options::default() }
+    }
+
     /// Checks every value.
     ///
     /// # Errors

@@ -38,9 +38,6 @@ impl Default for Options {
     }
 }
 
-/// What both strokes caught, or the reason why not.
-pub type BothCaught = std::result::Result<[Caught; 2], String>;
-
 /// A correction on its way: where its stages 1 to 4 leave the map, ready for the joint optimisation.
 #[derive(Debug, Clone)]
 pub struct Prepared {

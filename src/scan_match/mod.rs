@@ -1,0 +1,25 @@
+//! Aligning a laser scan with a local map of earlier ones: point to line, in the frame of a keyframe.
+//!
+//! [`SurfelMap`] is the local map: short oriented pieces of wall, the two faces of a wall kept apart by their normals.
+//! [`align`] refines a pose by iterated least squares (point-to-line ICP), [`Search`] finds one by brute force where
+//! the start is too far off. Everything happens in the frame of a reference keyframe, never in the world: the result
+//! does not depend on how the map is turned. Metres, radians; order (x, y, θ). Knows no logs and no pose graphs.
+
+mod icp;
+mod search;
+mod surfel_map;
+
+pub use icp::{Match, Prior, Schedule, align};
+pub use search::{Search, Window};
+pub use surfel_map::{Surfel, SurfelMap};
+
+use crate::geometry::Vec2;
+
+/// A scan as points and unit normals towards the sensor, robot frame; a normal is zero where unknown.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cloud {
+    /// Metres.
+    pub points: Vec<Vec2>,
+    /// As long as `points`.
+    pub normals: Vec<Vec2>,
+}
