@@ -21,7 +21,7 @@ const SHRINKS_TO: f64 = 0.9;
 const MOST_STEPS: usize = 20;
 
 /// Takes Gauss–Newton steps from `x` while they are small, shrink, and leave the cost the same up to rounding, until
-/// one is at most `options.step`. All together cannot move anything by more than a millimetre.
+/// one is at most `options.step`. `equations` are those at `x`. All together cannot move anything by more than a millimetre.
 pub(super) fn polish(
     problem: &dyn Problem,
     x: &mut Vec<Block>,
@@ -33,7 +33,9 @@ pub(super) fn polish(
     let highest = *final_cost * (1.0 + options.relative_decrease);
     let mut longest = LONGEST_STEP;
     while done.steps < MOST_STEPS {
-        equations.assemble(problem, x);
+        if done.steps > 0 {
+            equations.assemble(problem, x);
+        }
         let Some(delta) = equations.step(DAMPING) else { break };
         let step_max = delta.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
         if step_max > longest {
