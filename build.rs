@@ -41,9 +41,16 @@ fn ceres() -> Result<String, String> {
 /// Compiles the shim; the version of Ceres found.
 #[cfg(feature = "ceres")]
 fn ceres() -> Result<String, String> {
-    const SOURCES: [&str; 3] = ["cpp/ceres_backend.cc", "cpp/log_capture.cc", "cpp/terms.cc"];
-    const HEADERS: [&str; 5] =
-        ["cpp/ceres_backend.h", "cpp/jets.h", "cpp/log_capture.h", "cpp/residuals.h", "cpp/terms.h"];
+    const SOURCES: [&str; 4] =
+        ["cpp/ceres_backend.cc", "cpp/log_capture.cc", "cpp/polish.cc", "cpp/terms.cc"];
+    const HEADERS: [&str; 6] = [
+        "cpp/ceres_backend.h",
+        "cpp/jets.h",
+        "cpp/log_capture.h",
+        "cpp/polish.h",
+        "cpp/residuals.h",
+        "cpp/terms.h",
+    ];
     println!("cargo:rerun-if-changed=src/joint/ceres/bridge.rs");
     for file in SOURCES.iter().chain(&HEADERS) {
         println!("cargo:rerun-if-changed={file}");

@@ -3,9 +3,11 @@
 #include <ceres/ceres.h>
 
 #include <array>
+#include <chrono>
 #include <stdexcept>
 
 #include "log_capture.h"
+#include "polish.h"
 #include "terms.h"
 
 #if CERES_VERSION_MAJOR < 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR < 1)
@@ -161,6 +163,19 @@ Solution solve(const Problem& problem, const Options& options) {
   ceres::Solve(solver_options, &whole, &summary);
 
   Solution solution{};
+  double polish_ms = 0.0;
+  // Not where a limit or a failure stopped it.
+  if (summary.termination_type == ceres::CONVERGENCE) {
+    const auto start = std::chrono::steady_clock::now();
+    const Polished polished = Polish(options, whole, summary.final_cost);
+    solution.polish_steps = polished.steps;
+    solution.polish_last_step = polished.last_step;
+    solution.polish_settled = polished.settled;
+    summary.final_cost = polished.cost;
+    const std::chrono::duration<double, std::milli> taken =
+        std::chrono::steady_clock::now() - start;
+    polish_ms = taken.count();
+  }
   solution.usable = summary.IsSolutionUsable();
   solution.termination = static_cast<std::uint8_t>(summary.termination_type);
   solution.message = summary.message;
@@ -176,8 +191,8 @@ Solution solve(const Problem& problem, const Options& options) {
                                    row.trust_region_radius, row.step_is_successful});
   }
   solution.preprocess_ms = summary.preprocessor_time_in_seconds * kMilliseconds;
-  solution.minimize_ms = summary.minimizer_time_in_seconds * kMilliseconds;
-  solution.total_ms = summary.total_time_in_seconds * kMilliseconds;
+  solution.minimize_ms = summary.minimizer_time_in_seconds * kMilliseconds + polish_ms;
+  solution.total_ms = summary.total_time_in_seconds * kMilliseconds + polish_ms;
   for (const std::string& line : log.Lines()) solution.log.push_back(line);
   return solution;
 }

@@ -2,9 +2,9 @@
 //! no COP-SLAM; the original odometry is kept, and the solver is the library's own.
 
 use hitl_slam::geometry::{Pose2, Segment, Vec2, wrap_angle};
-use hitl_slam::joint::{self, problem::RelativeTerm, rust_backend};
+use hitl_slam::joint::{self, problem::RelativeTerm};
 use hitl_slam::map::{Correction, Mode, SlamMap, Stroke};
-use hitl_slam::solver::Loss;
+use hitl_slam::solver::{self, Loss};
 use nalgebra::{Matrix3, RowVector3};
 
 use crate::page::Result;
@@ -20,8 +20,10 @@ pub fn solve(map: &SlamMap, corrections: &[Correction]) -> Result<Vec<Pose2>> {
     for correction in corrections {
         problem.relatives.push(factor(map, correction)?);
     }
-    rust_backend::solve(&mut problem, &options.solver)?;
-    Ok(problem.poses.iter().map(|&block| Pose2::from_array(block)).collect())
+    // Straight to the solver: a joint problem wants regular information, and these factors leave axes free.
+    let mut x = problem.blocks();
+    solver::minimize(&problem, &mut x, &problem.held, &options.solver)?;
+    Ok(x.into_iter().take(map.poses.len()).map(Pose2::from_array).collect())
 }
 
 /// The pose from which stroke b lies as the mode wants it to a, weighted by how well its two ends say so.

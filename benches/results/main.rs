@@ -4,10 +4,14 @@
 mod accuracy;
 mod aces;
 mod along_line;
+mod backends;
 mod baseline;
 mod big;
 mod child;
+mod crosscheck;
 mod figures;
+mod formulations;
+mod graphs;
 mod invariance;
 mod page;
 mod runs;
@@ -23,7 +27,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 7] = [
+const SECTIONS: [(&str, Measure); 11] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -31,6 +35,10 @@ const SECTIONS: [(&str, Measure); 7] = [
     ("size", big::section),
     ("weights", weights::section),
     ("aces", aces::section),
+    ("crosscheck", crosscheck::section),
+    ("backends", backends::section),
+    ("paper", formulations::section),
+    ("graphs", graphs::section),
 ];
 
 fn main() -> Result<()> {

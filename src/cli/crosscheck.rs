@@ -116,6 +116,11 @@ fn details(out: &mut String, check: &Check) {
         let cell = |r: &Report| r.iterations.get(k).map(iteration).unwrap_or_default();
         let _ = writeln!(out, "  {:>4}  {:<44}  {:<44}", k + 1, cell(rust), cell(ceres));
     }
+    let digits = |r: &Report| match r.polish.steps {
+        0 => "no step".to_owned(),
+        steps => format!("{steps} Gauss-Newton, the last {:.0e}", r.polish.last_step),
+    };
+    let _ = writeln!(out, "  {:>4}  {:<44}  {:<44}", "fine", digits(rust), digits(ceres));
     let end = |r: &Report| r.termination.name().replace('_', " ");
     let _ = writeln!(out, "  {:>4}  {:<44}  {:<44}", "end", end(rust), end(ceres));
     for warning in rust.warnings.iter().chain(&ceres.warnings) {

@@ -21,7 +21,7 @@ pub struct Args {
     /// CARMEN log (also .gz, .bz2, .xz), 16-column text, g2o or native map.
     log: PathBuf,
 
-    /// Map to write; the extension picks the format: .npz (everything), .g2o, .stfs.covars, .tum.
+    /// Map to write; the extension picks the format: .npz (everything), .g2o, .graph (TORO), .stfs.covars, .tum.
     #[arg(short, long, value_name = "MAP")]
     output: PathBuf,
 

@@ -21,6 +21,9 @@ pub struct Args {
     /// Who solves it.
     #[arg(long, default_value = "rust", value_name = "rust|ceres")]
     solver: Backend,
+    /// At most so many accepted steps.
+    #[arg(long, default_value_t = 50, value_name = "N")]
+    max_iterations: usize,
     /// Write the numbers as JSON; `-` is stdout.
     #[arg(long, value_name = "R.json")]
     report: Option<PathBuf>,
@@ -43,11 +46,13 @@ struct Numbers {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<super::Outcome> {
     args.solver.require()?;
+    super::options::at_least_one("--max-iterations", args.max_iterations)?;
     io::check_map_path(&args.output)?;
     let clock = Instant::now();
     let mut map = super::load::map(&args.graph)?;
     let load_ms = milliseconds(clock);
-    let options = joint::Options { backend: args.solver, ..Default::default() };
+    let mut options = joint::Options { backend: args.solver, ..Default::default() };
+    options.solver.max_iterations = args.max_iterations;
     let clock = Instant::now();
     let done = joint::optimize_graph(&mut map, &options)?;
     let all_ms = milliseconds(clock);

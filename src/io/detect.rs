@@ -20,7 +20,7 @@ pub enum Format {
     Carmen,
     /// g2o pose graph.
     G2o,
-    /// TORO pose graph: recognised, not read yet.
+    /// TORO pose graph.
     Toro,
     /// 16-column text of the released HitL-SLAM.
     Stfs,
@@ -59,7 +59,7 @@ pub fn format(path: &Path) -> Result<Format> {
         return Ok(Format::Native);
     }
     by_lines(path)?.or_else(|| by_name(path)).ok_or_else(|| {
-        let known = "a CARMEN log, g2o, .stfs.covars, TUM or a native map (.npz)";
+        let known = "a CARMEN log, g2o, TORO, .stfs.covars, TUM or a native map (.npz)";
         Error::input(path.display(), format_args!("found nothing that tells its format, expected {known}"))
     })
 }
@@ -97,6 +97,8 @@ fn by_name(path: &Path) -> Option<Format> {
         Some(Format::Stfs)
     } else if ends(&[".g2o"]) {
         Some(Format::G2o)
+    } else if ends(&[".graph", ".toro"]) {
+        Some(Format::Toro)
     } else if ends(&[".clf", ".log"]) {
         Some(Format::Carmen)
     } else if ends(&[".tum"]) {

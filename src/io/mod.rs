@@ -6,10 +6,12 @@ pub mod corrections;
 pub mod detect;
 pub mod g2o;
 pub mod native;
+mod pose_graph;
 pub mod relations;
 mod source;
 pub mod stfs;
 mod text;
+pub mod toro;
 pub mod tum;
 
 use std::path::Path;
@@ -59,10 +61,7 @@ pub fn read(path: &Path) -> Result<(Format, Read<Source>)> {
         Format::Stfs => stfs::read(path)?.map(Source::Map),
         Format::Tum => tum::read(path)?.map(Source::Trajectory),
         Format::Native => native::read(path)?.map(Source::Map),
-        Format::Toro => {
-            let message = "found a TORO graph, expected g2o: reading TORO comes with a later version";
-            return Err(Error::input(path.display(), message));
-        }
+        Format::Toro => toro::read(path)?.map(Source::Map),
     };
     Ok((format, read))
 }
@@ -72,6 +71,7 @@ pub fn read(path: &Path) -> Result<(Format, Read<Source>)> {
 enum MapFormat {
     Native,
     G2o,
+    Toro,
     Stfs,
     Tum,
 }
@@ -81,10 +81,12 @@ fn map_format(path: &Path) -> Result<MapFormat> {
     match name.rsplit_once('.').map(|(_, extension)| extension) {
         Some("npz") => Ok(MapFormat::Native),
         Some("g2o") => Ok(MapFormat::G2o),
+        Some("graph" | "toro") => Ok(MapFormat::Toro),
         Some("covars" | "stfs") => Ok(MapFormat::Stfs),
         Some("tum" | "txt") => Ok(MapFormat::Tum),
         _ => {
-            let message = "found no known extension, expected .npz, .g2o, .stfs.covars, .tum or .txt";
+            let message =
+                "found no known extension, expected .npz, .g2o, .graph, .toro, .stfs.covars, .tum or .txt";
             Err(Error::input(path.display(), message))
         }
     }
@@ -99,8 +101,8 @@ pub fn check_map_path(path: &Path) -> Result<()> {
     atomic::check(path)
 }
 
-/// Writes a map in the format of the extension: `.npz` everything, `.g2o` the graph, `.stfs.covars` chain and points,
-/// `.tum` or `.txt` the trajectory of every scan.
+/// Writes a map in the format of the extension: `.npz` everything, `.g2o` the graph, `.graph` or `.toro` the graph
+/// without its held poses, `.stfs.covars` chain and points, `.tum` or `.txt` the trajectory of every scan.
 ///
 /// # Errors
 /// [`Error::Input`] if the extension is unknown; or if the format cannot hold the map or the file cannot be written.
@@ -108,6 +110,7 @@ pub fn write_map(path: &Path, map: &SlamMap) -> Result<()> {
     match map_format(path)? {
         MapFormat::Native => native::write(path, map),
         MapFormat::G2o => g2o::write(path, map),
+        MapFormat::Toro => toro::write(path, map),
         MapFormat::Stfs => stfs::write(path, map),
         MapFormat::Tum => tum::write(path, &map.trajectory()),
     }

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::normal_equations::NormalEquations;
+use super::polish::polish;
 use super::{Block, Iteration, Options, Problem, Report, Termination, cost};
 use crate::error::Result;
 
@@ -10,10 +11,6 @@ use crate::error::Result;
 const NEGLIGIBLE_DAMPING: f64 = 1e-15;
 /// λ above which the step is so short that more damping cannot help.
 const HOPELESS_DAMPING: f64 = 1e12;
-
-/// A last step up to this size is taken although the cost cannot show what it gains; one that is longer and still gains
-/// nothing lies along a direction that nothing determines.
-const LONGEST_LAST_STEP: f64 = 1e-4;
 
 /// Minimises the problem from `x`; `held` (ascending) are blocks that must not move.
 /// `x` holds the best point found, whatever the termination.
@@ -50,6 +47,10 @@ pub fn minimize(
             None => continue,
         }
     };
+    if report.termination != Termination::MaxIterations {
+        report.polish = polish(problem, x, &mut equations, options, &mut report.final_cost);
+        report.conclude_polish();
+    }
     report.timings.iterate_ms = milliseconds(iterate);
     report.timings.total_ms = milliseconds(start);
     Ok(report)
@@ -79,16 +80,6 @@ fn descend(
         let promised = -0.5 * delta.iter().zip(&equations.gradient).map(|(d, g)| d * g).sum::<f64>();
         let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
         if rounding || step_max <= options.step {
-            if step_max > options.step && step_max < LONGEST_LAST_STEP {
-                let row = Iteration {
-                    cost: report.final_cost,
-                    gradient_max,
-                    step_max,
-                    damping: *damping,
-                    accepted: true,
-                };
-                take_last_step(problem, x, equations.moved(x, &delta), row, options, report);
-            }
             return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
         }
         let candidate = equations.moved(x, &delta);
@@ -113,24 +104,6 @@ fn descend(
         if *damping > HOPELESS_DAMPING {
             return Some(Termination::NoProgress);
         }
-    }
-}
-
-/// Where a step promises less than rounding of the cost can show, poses still gain digits by it along weak directions.
-/// It is taken if the cost stays the same up to rounding.
-fn take_last_step(
-    problem: &dyn Problem,
-    x: &mut Vec<Block>,
-    candidate: Vec<Block>,
-    row: Iteration,
-    options: &Options,
-    report: &mut Report,
-) {
-    let candidate_cost = cost(problem, &candidate);
-    if candidate_cost - report.final_cost <= options.relative_decrease * report.final_cost {
-        *x = candidate;
-        report.final_cost = report.final_cost.min(candidate_cost);
-        report.iterations.push(Iteration { cost: report.final_cost, ..row });
     }
 }
 

@@ -8,11 +8,12 @@ mod cholesky;
 mod lm;
 mod loss;
 mod normal_equations;
+mod polish;
 mod report;
 
 pub use lm::minimize;
 pub use loss::Loss;
-pub use report::{Iteration, Report, Termination, Timings};
+pub use report::{Iteration, Polish, Report, Termination, Timings};
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -73,6 +73,17 @@ pub struct Timings {
     pub total_ms: f64,
 }
 
+/// Gauss–Newton steps after the last iteration, whose gain the cost cannot show; no iterations of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Polish {
+    /// How many were taken.
+    pub steps: usize,
+    /// Largest entry of the last one (metres, radians); 0 without any.
+    pub last_step: f64,
+    /// True if that one was within the tolerance of the step.
+    pub settled: bool,
+}
+
 /// Result of a solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
@@ -82,6 +93,8 @@ pub struct Report {
     pub final_cost: f64,
     /// Every step tried, in order.
     pub iterations: Vec<Iteration>,
+    /// The last digits.
+    pub polish: Polish,
     /// Why it stopped.
     pub termination: Termination,
     /// Times.
@@ -97,9 +110,23 @@ impl Report {
             initial_cost,
             final_cost: initial_cost,
             iterations: Vec::new(),
+            polish: Polish::default(),
             termination,
             timings: Timings::default(),
             warnings: Vec::new(),
+        }
+    }
+
+    /// The table ends at the final cost, and a solve whose last step was negligible has converged even if no step
+    /// could lower the cost any more.
+    pub(crate) fn conclude_polish(&mut self) {
+        if self.polish.steps > 0
+            && let Some(last) = self.iterations.last_mut()
+        {
+            last.cost = self.final_cost;
+        }
+        if self.polish.settled && self.termination == Termination::NoProgress {
+            self.termination = Termination::ConvergedStep;
         }
     }
 

@@ -1,6 +1,8 @@
 mod commands;
+mod crosscheck;
 mod mutations;
 mod odd_maps;
+mod optimize;
 mod refusals;
 mod report;
 mod streams;

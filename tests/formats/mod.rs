@@ -8,4 +8,5 @@ mod g2o;
 mod native;
 mod prefixes;
 mod stfs;
+mod toro;
 mod tum;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use hitl_slam::io::{self, carmen, corrections, g2o, native, relations, stfs, tum};
+use hitl_slam::io::{self, carmen, corrections, g2o, native, relations, stfs, toro, tum};
 
 use crate::support::{Dice, Scratch, small_log};
 
@@ -45,6 +45,13 @@ fn every_prefix_of_a_g2o_graph_is_answered() {
     let scratch = Scratch::new("prefixes-g2o");
     g2o::write(&scratch.path("a"), &Dice::new(1).map(3)).unwrap();
     every_prefix("a.g2o", &fs::read(scratch.path("a")).unwrap(), true, reader!(g2o::read));
+}
+
+#[test]
+fn every_prefix_of_a_toro_graph_is_answered() {
+    let scratch = Scratch::new("prefixes-toro");
+    toro::write(&scratch.path("a"), &Dice::new(1).map(3)).unwrap();
+    every_prefix("a.graph", &fs::read(scratch.path("a")).unwrap(), true, reader!(toro::read));
 }
 
 #[test]

@@ -1,8 +1,10 @@
-//! Analytic Jacobians against central differences.
+//! Jacobians against central differences: the analytic ones, and those that Ceres makes automatically.
 
+use hitl_slam::joint::ceres;
 use hitl_slam::joint::problem::TermKind;
 use hitl_slam::solver::{Linearization, Problem};
 
+use crate::support::both_backends::ceres_or_skip;
 use crate::support::dice::Dice;
 use crate::support::problems;
 
@@ -73,4 +75,48 @@ fn paper_fit_jacobians_are_the_derivatives() {
 #[test]
 fn paper_relation_jacobians_are_the_derivatives() {
     check(TermKind::PaperRelation);
+}
+
+#[test]
+fn automatic_jacobians_are_the_derivatives_of_what_ceres_evaluates() {
+    if !ceres_or_skip() {
+        return;
+    }
+    for kind in problems::KINDS {
+        let mut dice = Dice::new(50 + kind as u64);
+        for _ in 0..20 {
+            let problem = problems::of_kind(kind, 3, &mut dice);
+            let x = problem.blocks();
+            let here = ceres::evaluate(&problem).unwrap();
+            // Residuals of every term with one number of one block moved.
+            let moved = |block: usize, column: usize, by: f64| {
+                let (mut problem, mut x) = (problem.clone(), x.clone());
+                x[block][column] += by;
+                problem.set_blocks(&x);
+                ceres::evaluate(&problem).unwrap().residuals
+            };
+            let mut jacobians = here.jacobians.chunks_exact(9);
+            for term in 0..problem.terms() {
+                let mut blocks = Vec::new();
+                problem.blocks_of(term, &mut blocks);
+                let rows = 3 * term..3 * term + 3;
+                let size = here.residuals[rows.clone()].iter().fold(1.0_f64, |m, r| m.max(r.abs()));
+                for block in blocks {
+                    let j = jacobians.next().unwrap();
+                    let scale = j.iter().fold(size, |m, v| m.max(v.abs()));
+                    for column in 0..problem.dimension(block) {
+                        let (up, down) = (moved(block, column, STEP), moved(block, column, -STEP));
+                        for (row, k) in rows.clone().enumerate() {
+                            let numeric = (up[k] - down[k]) / (2.0 * STEP);
+                            let error = (numeric - j[3 * row + column]).abs();
+                            assert!(
+                                error < TOLERANCE * scale,
+                                "{kind:?} term {term} column {column}: {error}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! The joint problem on both back ends.
 
+mod agreement;
 mod backends_agree;
 mod graphs;
 mod jacobians;

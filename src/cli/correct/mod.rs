@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(short, long, value_name = "C.jsonl")]
     corrections: PathBuf,
 
-    /// Corrected map; the extension picks the format: .npz (everything), .g2o, .stfs.covars, .tum.
+    /// Corrected map; the extension picks the format: .npz (everything), .g2o, .graph (TORO), .stfs.covars, .tum.
     #[arg(short, long, value_name = "OUT", required_unless_present = "interpret_only")]
     output: Option<PathBuf>,
 

@@ -97,7 +97,8 @@ pub(super) mod ffi {
     }
 
     /// trust_region: 0 Levenberg–Marquardt, 1 dogleg, 2 subspace dogleg. linear_solver: 0 sparse normal Cholesky by
-    /// SuiteSparse, 1 by Eigen, 2 dense normal Cholesky, 3 dense QR.
+    /// SuiteSparse, 1 by Eigen, 2 dense normal Cholesky, 3 dense QR. `polish_step`: where the steps after Ceres' own
+    /// end; `polish_rise`: how much they may change the cost, a share of it.
     struct Options {
         trust_region: u8,
         linear_solver: u8,
@@ -106,6 +107,8 @@ pub(super) mod ffi {
         gradient_tolerance: f64,
         parameter_tolerance: f64,
         initial_radius: f64,
+        polish_step: f64,
+        polish_rise: f64,
     }
 
     struct Iteration {
@@ -127,6 +130,9 @@ pub(super) mod ffi {
         initial_cost: f64,
         final_cost: f64,
         iterations: Vec<Iteration>,
+        polish_steps: usize,
+        polish_last_step: f64,
+        polish_settled: bool,
         preprocess_ms: f64,
         minimize_ms: f64,
         total_ms: f64,

@@ -89,6 +89,8 @@ pub(super) fn options(stopping: &solver::Options, options: &Options, size: f64) 
         gradient_tolerance: 1e-12,
         parameter_tolerance: stopping.step / size.max(1.0),
         initial_radius: 1.0 / stopping.initial_damping,
+        polish_step: stopping.step,
+        polish_rise: stopping.relative_decrease,
     }
 }
 

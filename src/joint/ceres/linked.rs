@@ -4,7 +4,7 @@ use super::bridge::ffi;
 use super::{Evaluation, Options, convert};
 use crate::error::{Error, Result};
 use crate::joint::problem::JointProblem;
-use crate::solver::{self, Iteration, Problem, Report, Termination, Timings};
+use crate::solver::{self, Iteration, Polish, Problem, Report, Termination, Timings};
 
 /// Ceres' own numbers of `ceres::TerminationType`, checked in C++.
 const CONVERGENCE: u8 = 0;
@@ -51,6 +51,12 @@ pub fn solve(problem: &mut JointProblem, stopping: &solver::Options, options: &O
         iterate_ms: solution.minimize_ms,
         total_ms: solution.total_ms,
     };
+    report.polish = Polish {
+        steps: solution.polish_steps,
+        last_step: solution.polish_last_step,
+        settled: solution.polish_settled,
+    };
+    report.conclude_polish();
     report.warnings.extend(solution.log.iter().map(|line| format!("ceres: {line}")));
     if solution.usable {
         take(&mut problem.poses, &solution.poses);

@@ -1,0 +1,62 @@
+//! The last digits: where the cost cannot show progress any more, the gradient still can.
+//!
+//! The cost has a relative rounding error of some 1e-13, so that along a direction of curvature h it cannot tell points
+//! √(1e-13 · cost / h) apart: micrometres where a long chain is weakly held. The gradient is good to far less. Undamped
+//! Gauss–Newton steps use it alone; the cost only stands guard.
+
+use super::normal_equations::NormalEquations;
+use super::{Block, Options, Polish, Problem, cost};
+
+/// λ of these steps: none, for all that doubles can tell.
+const DAMPING: f64 = 1e-15;
+
+/// A step that is longer and still gains nothing that the cost could show lies along a direction that nothing
+/// determines.
+const LONGEST_STEP: f64 = 1e-4;
+
+/// A step must be shorter than this share of the one before, or what is left is rounding.
+const SHRINKS_TO: f64 = 0.9;
+
+/// Enough for the linear convergence under robust losses; without them two or three do.
+const MOST_STEPS: usize = 20;
+
+/// Takes Gauss–Newton steps from `x` while they are small, shrink, and leave the cost the same up to rounding, until
+/// one is at most `options.step`. `equations` are those at `x`. All together cannot move anything by more than a millimetre.
+pub(super) fn polish(
+    problem: &dyn Problem,
+    x: &mut Vec<Block>,
+    equations: &mut NormalEquations,
+    options: &Options,
+    final_cost: &mut f64,
+) -> Polish {
+    let mut done = Polish::default();
+    let highest = *final_cost * (1.0 + options.relative_decrease);
+    let mut longest = LONGEST_STEP;
+    while done.steps < MOST_STEPS {
+        if done.steps > 0 {
+            equations.assemble(problem, x);
+        }
+        let Some(delta) = equations.step(DAMPING) else { break };
+        let step_max = delta.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        if step_max > longest {
+            break;
+        }
+        let candidate = equations.moved(x, &delta);
+        let candidate_cost = cost(problem, &candidate);
+        // Also false if it is not a number.
+        let as_good = candidate_cost <= highest;
+        if !as_good {
+            break;
+        }
+        *x = candidate;
+        *final_cost = candidate_cost;
+        done.steps += 1;
+        done.last_step = step_max;
+        if step_max <= options.step {
+            done.settled = true;
+            break;
+        }
+        longest = SHRINKS_TO * step_max;
+    }
+    done
+}
