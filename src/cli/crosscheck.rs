@@ -1,12 +1,14 @@
 //! `hitl crosscheck`: both solvers on the identical problems.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use hitl_slam::crosscheck::{self, Check, CrossCheck, Place, Totals};
 use hitl_slam::error::Result;
 use hitl_slam::joint::Backend;
 use hitl_slam::solver::{Iteration, Report};
+
+use super::{Outcome, load, out, report, tunables};
 
 /// Solve the same problems with both solvers and compare them.
 ///
@@ -24,35 +26,32 @@ pub struct Args {
     #[arg(long, value_name = "R.json")]
     report: Option<PathBuf>,
     #[command(flatten)]
-    tunables: super::tunables::Tunables,
+    tunables: tunables::Tunables,
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Result<super::Outcome> {
+pub fn run(args: &Args) -> Result<Outcome> {
     Backend::Ceres.require()?;
-    let map = super::load::map(&args.input)?;
-    let corrections = super::load::corrections(&args.corrections)?;
+    let map = load::map(&args.input)?;
+    let corrections = load::corrections(&args.corrections)?;
     hitl_slam::interpret::check(&map, &corrections)?;
     let options = args.tunables.options()?;
     let found = crosscheck::run(map, &corrections, &options)?;
-    let text = text(&found);
-    // With JSON on stdout, the words for a person go to stderr.
-    if args.report.as_deref() == Some(Path::new("-")) {
-        eprint!("{text}");
-    } else {
-        print!("{text}");
+    report::write(args.report.as_deref(), &found)?;
+    if !report::is_on_stdout(args.report.as_deref()) {
+        out::print(&text(&found))?;
     }
-    super::report::write(args.report.as_deref(), &found)?;
-    Ok(if found.agree { super::Outcome::Done } else { super::Outcome::CheckFailed })
+    Ok(if found.agree { Outcome::Done } else { Outcome::CheckFailed })
 }
 
 /// The report for a person.
 fn text(found: &CrossCheck) -> String {
     let mut out = String::new();
+    let width = found.corrections.iter().map(|c| c.id.chars().count()).max().unwrap_or(0).max(10);
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "{:<16} {:>9} {:>9} {:>9} {:>9} {:>9} {:>10} {:>4} {:>10} {:>4}  verdict",
+        "{:<width$} {:>9} {:>9} {:>9} {:>9} {:>9} {:>10} {:>4} {:>10} {:>4}  verdict",
         "correction",
         "residual",
         "jacobian",
@@ -67,12 +66,12 @@ fn text(found: &CrossCheck) -> String {
     for check in &found.corrections {
         match &check.rejected {
             Some(reason) => {
-                let _ = writeln!(out, "{:<16} rejected: {reason}", check.id);
+                let _ = writeln!(out, "{:<width$} rejected: {reason}", check.id);
             }
-            None => row(&mut out, &check.id, &check.totals, check.agree),
+            None => row(&mut out, width, &check.id, &check.totals, check.agree),
         }
     }
-    row(&mut out, "all", &found.total, found.agree);
+    row(&mut out, width, "all", &found.total, found.agree);
     for check in found.corrections.iter().filter(|c| c.rejected.is_none()) {
         details(&mut out, check);
     }
@@ -81,10 +80,10 @@ fn text(found: &CrossCheck) -> String {
     out
 }
 
-fn row(out: &mut String, name: &str, t: &Totals, agree: bool) {
+fn row(out: &mut String, width: usize, name: &str, t: &Totals, agree: bool) {
     let _ = writeln!(
         out,
-        "{name:<16} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>10.2} {:>4} {:>10.2} {:>4}  {}",
+        "{name:<width$} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>10.2} {:>4} {:>10.2} {:>4}  {}",
         t.max_residual_difference,
         t.max_jacobian_difference,
         t.max_pose_difference_m,

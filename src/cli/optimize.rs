@@ -1,12 +1,14 @@
 //! `hitl optimize`: plain pose-graph optimisation.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use hitl_slam::error::Result;
 use hitl_slam::io;
 use hitl_slam::joint::{self, Backend};
 use hitl_slam::solver::Termination;
+
+use super::{Outcome, load, out, report};
 
 /// Optimise a pose graph: relative factors only, human factors left out.
 ///
@@ -44,12 +46,12 @@ struct Numbers {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Result<super::Outcome> {
+pub fn run(args: &Args) -> Result<Outcome> {
     args.solver.require()?;
     super::options::at_least_one("--max-iterations", args.max_iterations)?;
     io::check_map_path(&args.output)?;
     let clock = Instant::now();
-    let mut map = super::load::map(&args.graph)?;
+    let mut map = load::map(&args.graph)?;
     let load_ms = milliseconds(clock);
     let mut options = joint::Options { backend: args.solver, ..Default::default() };
     options.solver.max_iterations = args.max_iterations;
@@ -68,18 +70,12 @@ pub fn run(args: &Args) -> Result<super::Outcome> {
         optimize_ms: all_ms - done.solve.timings.order_ms,
     };
     io::write_map(&args.output, &map)?;
-    let text = text(&numbers);
-    // With JSON on stdout, the words for a person go to stderr.
-    if args.report.as_deref() == Some(Path::new("-")) {
-        eprint!("{text}");
-    } else {
-        print!("{text}");
+    load::remark(&done.solve.warnings);
+    report::write(args.report.as_deref(), &numbers)?;
+    if !report::is_on_stdout(args.report.as_deref()) {
+        out::print(&text(&numbers))?;
     }
-    for warning in &done.solve.warnings {
-        eprintln!("hitl: {warning}");
-    }
-    super::report::write(args.report.as_deref(), &numbers)?;
-    Ok(super::Outcome::Done)
+    Ok(Outcome::Done)
 }
 
 fn text(n: &Numbers) -> String {

@@ -55,7 +55,7 @@ fn the_report_has_exactly_the_fields_of_the_contract() {
         let run = bench.hitl(&format!("optimize a.g2o -o c.g2o --solver {solver} --report -"));
         let again: Value = serde_json::from_str(&run.stdout).unwrap();
         assert_eq!(again["final_chi2"], report["final_chi2"]);
-        assert!(run.stderr.starts_with("4 vertices"), "{}", run.stderr);
+        assert_eq!(run.stderr, "");
     }
 }
 
