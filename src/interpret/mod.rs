@@ -1,7 +1,7 @@
 //! Stages 1 and 2: what did the person mean? (Section "Human Input Interpretation" of the paper.)
 //!
-//! [`em`] snaps a drawn stroke to the wall it stands for, [`feature`] keeps the poses that saw enough of it,
-//! [`order`] decides which of two features comes first along the chain, whatever the order of drawing.
+//! `em` snaps a drawn stroke to the wall it stands for, `feature` keeps the poses that saw enough of it,
+//! `order` decides which of two features comes first along the chain, whatever the order of drawing.
 
 mod em;
 mod feature;

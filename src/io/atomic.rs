@@ -14,10 +14,10 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     write_seekable(path, |out| fill(out))
 }
 
-/// Like [`write`], for formats that come back to what they wrote (zip).
+/// Like [`write()`], for formats that come back to what they wrote (zip).
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_seekable(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
     let place = Place::of(path);
     let attempt = || -> io::Result<()> {

@@ -180,7 +180,7 @@ impl Corrector {
     /// The inner error is the report of a rejected correction.
     ///
     /// # Errors
-    /// As [`Corrector::interpret`].
+    /// As [`Corrector::preview`].
     pub fn prepare(
         &self,
         correction: &Correction,
