@@ -15,6 +15,7 @@ mod graphs;
 mod invariance;
 mod page;
 mod runs;
+mod scan_match;
 mod stats;
 mod time;
 mod weights;
@@ -27,7 +28,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 11] = [
+const SECTIONS: [(&str, Measure); 12] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -35,6 +36,7 @@ const SECTIONS: [(&str, Measure); 11] = [
     ("size", big::section),
     ("weights", weights::section),
     ("aces", aces::section),
+    ("scan-match", scan_match::section),
     ("crosscheck", crosscheck::section),
     ("backends", backends::section),
     ("paper", formulations::section),
