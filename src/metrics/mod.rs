@@ -9,6 +9,7 @@ mod ate;
 mod evaluation;
 mod relations;
 mod rpe;
+mod walls;
 mod worst_edge;
 
 pub use alignment::align;
@@ -17,4 +18,5 @@ pub use ate::{Ate, PoseError, ate};
 pub use evaluation::{Evaluation, Reference, evaluate};
 pub use relations::{RelationErrors, SPAN_LIMITS_S, SpanErrors, relation_errors};
 pub use rpe::{Rpe, rpe};
+pub use walls::{ON_WALL_M, WallErrors, WallSample, wall_errors};
 pub use worst_edge::{WorstEdge, worst_edge};
