@@ -9,6 +9,7 @@ mod correct;
 mod crosscheck;
 mod evaluate;
 mod import;
+mod inconsistency;
 mod info;
 mod load;
 mod optimize;
@@ -40,6 +41,7 @@ enum Command {
     Crosscheck(crosscheck::Args),
     Optimize(optimize::Args),
     Evaluate(evaluate::Args),
+    Inconsistency(inconsistency::Args),
     Render(render::Args),
     Simulate(simulate::Args),
 }
@@ -89,6 +91,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Optimize(args) => optimize::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Inconsistency(args) => inconsistency::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Simulate(args) => simulate::run(&args),
     }

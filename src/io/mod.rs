@@ -11,6 +11,7 @@ mod source;
 pub mod stfs;
 mod text;
 pub mod tum;
+pub mod walls;
 
 use std::path::Path;
 
