@@ -8,6 +8,7 @@ use hitl_slam::error::{Error, Result};
 mod correct;
 mod crosscheck;
 mod evaluate;
+mod export;
 mod import;
 mod inconsistency;
 mod info;
@@ -43,6 +44,7 @@ enum Command {
     Evaluate(evaluate::Args),
     Inconsistency(inconsistency::Args),
     Render(render::Args),
+    Export(export::Args),
     Simulate(simulate::Args),
 }
 
@@ -93,6 +95,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Inconsistency(args) => inconsistency::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Simulate(args) => simulate::run(&args),
     }
 }

@@ -2,10 +2,13 @@
 
 pub mod atomic;
 pub mod carmen;
+pub mod carmen_log;
 pub mod corrections;
 pub mod detect;
 pub mod g2o;
 pub mod native;
+pub mod occupancy;
+pub mod ply;
 pub mod relations;
 mod source;
 pub mod stfs;

@@ -12,7 +12,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::geometry::{Pose2, Vec2};
+use crate::geometry::{Pose2, Vec2, walk_cells};
 use crate::map::SlamMap;
 
 /// More cells than this are refused: a stray return a kilometre away must not fill the memory.
@@ -239,44 +239,13 @@ impl Scan {
                 continue;
             }
             let (marks, free) = (&mut self.marks, &mut self.free);
-            walk(from, way / length, length - margin, |column, row| {
+            walk_cells(from, way / length, length - margin, |column, row| {
                 let (Some(x), Some(y)) = (column.checked_sub(left), row.checked_sub(bottom)) else { return };
                 if x < width && y < height && marks[y * width + x] == 0 {
                     marks[y * width + x] = FREE;
                     free.push((row * grid.columns + column) as u32);
                 }
             });
-        }
-    }
-}
-
-/// Every cell that a ray passes, in order: the grid traversal of Amanatides & Woo (1987). All in cells.
-fn walk(from: Vec2, direction: Vec2, length: f64, mut pass: impl FnMut(usize, usize)) {
-    let mut cell = [from.x.floor() as isize, from.y.floor() as isize];
-    let axis = |d: f64, at: f64, cell: isize| -> (isize, f64, f64) {
-        if d > 0.0 {
-            (1, (cell as f64 + 1.0 - at) / d, 1.0 / d)
-        } else if d < 0.0 {
-            (-1, (cell as f64 - at) / d, -1.0 / d)
-        } else {
-            (0, f64::INFINITY, f64::INFINITY)
-        }
-    };
-    let (step_x, mut next_x, each_x) = axis(direction.x, from.x, cell[0]);
-    let (step_y, mut next_y, each_y) = axis(direction.y, from.y, cell[1]);
-    loop {
-        if cell[0] >= 0 && cell[1] >= 0 {
-            pass(cell[0] as usize, cell[1] as usize);
-        }
-        if next_x.min(next_y) >= length {
-            return;
-        }
-        if next_x < next_y {
-            cell[0] += step_x;
-            next_x += each_x;
-        } else {
-            cell[1] += step_y;
-            next_y += each_y;
         }
     }
 }

@@ -44,7 +44,7 @@ pub fn legend(right: f32, base: f32, unit: f32) -> Vec<Item> {
     let mut items = Vec::new();
     let mut pen = right;
     for (from, colour) in SCALE.into_iter().rev() {
-        let text = format!("≥ {from}");
+        let text = format!("{from}+");
         pen -= text_width_px(&text, size);
         items.push(Item::text([pen, base], text, size, Anchor::Start, Colour::GREY));
         pen -= 18.0 * unit;

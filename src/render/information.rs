@@ -50,8 +50,7 @@ pub fn information(map: &SlamMap, size_px: u32, title: Option<&str>) -> Picture 
             band.extend([block([i, i], [j, j]), block([j, j], [i, i])]);
         }
     }
-    let mut inside =
-        vec![Item::rect(frame, Colour::INK), Item::Shapes { outlines: band, colour: Colour::WHITE }];
+    let mut inside = vec![Item::rect(frame, Colour::INK)];
     let mut present = Vec::new();
     for factor in &map.human_factors {
         let mut outlines = Vec::new();
@@ -63,6 +62,7 @@ pub fn information(map: &SlamMap, size_px: u32, title: Option<&str>) -> Picture 
         inside.push(Item::Shapes { outlines, colour: mode_colour(factor.mode) });
         present.push(factor.mode);
     }
+    inside.push(Item::Shapes { outlines: band, colour: Colour::WHITE });
     picture.push(Some(frame), inside);
     picture.push(None, labels(map, &present, frame, unit, title));
     picture
