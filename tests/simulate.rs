@@ -332,9 +332,9 @@ fn a_piece_is_drawn_on_the_visit_that_was_asked_for_and_refused_where_there_was_
         lidar.scan(&world, pose, 0.0, &mut random, &mut observations, &mut seen);
     }
     let scene = Scene { world: &world, truth: &truth, observations: &observations, seen: &seen };
-    let piece = |visit| Piece { wall: "long", span_m: Some([8.0, 10.0]), visit };
+    let piece = |visit| Piece::part("long", [8.0, 10.0], visit);
     let draw = |second, random: &mut ChaCha8Rng| {
-        let drawing = Drawing { mode: Mode::Colocation, a: piece(0), b: piece(second) };
+        let drawing = Drawing::new(Mode::Colocation, piece(0), piece(second));
         scene.draw(&[drawing], 0.0, random)
     };
     let correction = draw(1, &mut random).unwrap().remove(0);

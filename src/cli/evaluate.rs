@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use hitl_slam::error::{Error, Result};
-use hitl_slam::metrics::{self, DEFAULT_TOLERANCE_S, Evaluation, PoseError, Reference, RelationErrors};
+use hitl_slam::metrics::{
+    self, DEFAULT_TOLERANCE_S, Evaluation, PoseError, Reference, RelationErrors, WallErrors,
+};
 use hitl_slam::render::{Mark, Plot, Series};
 
 use super::{Outcome, load, out, picture, report};
@@ -26,6 +28,14 @@ pub struct Args {
     /// Hand-checked relations between scans (Kümmerle et al. 2009).
     #[arg(long, value_name = "FILE")]
     relations: Option<PathBuf>,
+
+    /// The true walls (needs --truth): angles and distances between named pairs of them, as in the paper's Table 1.
+    #[arg(long, value_name = "WALLS.csv", requires = "truth")]
+    walls: Option<PathBuf>,
+
+    /// Which walls to compare [default: pairs.csv beside WALLS.csv].
+    #[arg(long, value_name = "PAIRS.csv", requires = "walls")]
+    wall_pairs: Option<PathBuf>,
 
     /// Stamps closer than this are the same moment, seconds.
     #[arg(long, value_name = "S", default_value_t = DEFAULT_TOLERANCE_S)]
@@ -58,8 +68,16 @@ pub fn run(args: &Args) -> Result<Outcome> {
     let map = load::map(&args.input)?;
     let truth = args.truth.as_deref().map(load::trajectory).transpose()?;
     let relations = args.relations.as_deref().map(load::relations).transpose()?;
-    let reference =
-        Reference { truth: truth.as_ref(), relations: relations.as_deref(), tolerance_s: args.tolerance_s };
+    let walls = args.walls.as_deref().map(load::walls).transpose()?;
+    let beside = || args.walls.as_ref().map(|walls| walls.with_file_name("pairs.csv"));
+    let pairs = args.wall_pairs.clone().or_else(beside);
+    let pairs = pairs.as_deref().map(load::wall_pairs).transpose()?;
+    let reference = Reference {
+        truth: truth.as_ref(),
+        relations: relations.as_deref(),
+        walls: walls.as_deref().zip(pairs.as_deref()),
+        tolerance_s: args.tolerance_s,
+    };
     let evaluation = metrics::evaluate(&map, &reference)?;
     if let Some(path) = &args.plot {
         picture::write(path, &error_plot(&evaluation.errors).draw())?;
@@ -85,6 +103,9 @@ fn table(evaluation: &Evaluation) -> String {
     if let Some(relations) = &evaluation.relations {
         table.relations(relations);
     }
+    if let Some(walls) = &evaluation.walls {
+        table.walls(walls);
+    }
     table.text
 }
 
@@ -107,6 +128,23 @@ impl Table {
     fn pair(&mut self, name: &str, rmse: Option<f64>, max: Option<f64>, unit: &str, decimals: usize) {
         if let (Some(rmse), Some(max)) = (rmse, max) {
             self.line(name, format!("{rmse:.decimals$} {unit} rmse, {max:.decimals$} {unit} max"));
+        }
+    }
+
+    fn walls(&mut self, walls: &WallErrors) {
+        let unseen = match walls.unseen {
+            0 => String::new(),
+            n => format!(" ({n} left out: a wall that was never seen)"),
+        };
+        self.line("wall pairs", format!("{}{unseen}", walls.samples.len()));
+        if let (Some(mean), Some(worst)) = (walls.angle_mean_deg, walls.angle_worst_deg) {
+            self.line("  angle", format!("{mean:.3} ° mean of {}, {worst:.3} ° worst", walls.angle_count));
+        }
+        if let (Some(mean), Some(worst)) = (walls.distance_mean_m, walls.distance_worst_m) {
+            self.line(
+                "  distance",
+                format!("{mean:.4} m mean of {}, {worst:.4} m worst", walls.distance_count),
+            );
         }
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use hitl_slam::error::{Error, Result};
 use hitl_slam::front_end::{self, Chain};
 use hitl_slam::io::{self, Source};
-use hitl_slam::map::{Correction, Observations, RawLog, Relation, SlamMap, Trajectory};
+use hitl_slam::map::{Correction, Observations, RawLog, Relation, SlamMap, Trajectory, Wall, WallPair};
 
 use super::out;
 
@@ -73,6 +73,20 @@ pub fn relations(path: &Path) -> Result<Vec<Relation>> {
 /// A file of corrections.
 pub fn corrections(path: &Path) -> Result<Vec<Correction>> {
     let read = io::corrections::read(path)?;
+    remark(&read.warnings);
+    Ok(read.value)
+}
+
+/// A file of true walls.
+pub fn walls(path: &Path) -> Result<Vec<Wall>> {
+    let read = io::walls::read(path)?;
+    remark(&read.warnings);
+    Ok(read.value)
+}
+
+/// A file that says which walls to compare.
+pub fn wall_pairs(path: &Path) -> Result<Vec<WallPair>> {
+    let read = io::walls::read_pairs(path)?;
     remark(&read.warnings);
     Ok(read.value)
 }

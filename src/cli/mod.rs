@@ -8,7 +8,9 @@ use hitl_slam::error::{Error, Result};
 mod correct;
 mod crosscheck;
 mod evaluate;
+mod export;
 mod import;
+mod inconsistency;
 mod info;
 mod load;
 mod optimize;
@@ -40,7 +42,9 @@ enum Command {
     Crosscheck(crosscheck::Args),
     Optimize(optimize::Args),
     Evaluate(evaluate::Args),
+    Inconsistency(inconsistency::Args),
     Render(render::Args),
+    Export(export::Args),
     Simulate(simulate::Args),
 }
 
@@ -89,7 +93,9 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Optimize(args) => optimize::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Inconsistency(args) => inconsistency::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Simulate(args) => simulate::run(&args),
     }
 }

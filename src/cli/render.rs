@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use hitl_slam::error::{Error, Result};
 use hitl_slam::geometry::Vec2;
-use hitl_slam::render::{self, MapPictureOptions, WorldRect};
+use hitl_slam::metrics::{self, InconsistencyOptions};
+use hitl_slam::render::{self, Heat, MapPictureOptions, WorldRect};
 
 use super::{Outcome, load, out, picture};
 
@@ -23,6 +24,14 @@ pub struct Args {
     /// The map as it was before: draws both at one scale, the strokes in both.
     #[arg(long, value_name = "INPUT")]
     before: Option<PathBuf>,
+
+    /// Draw the information matrix: which poses a factor ties to which, human factors coloured by mode.
+    #[arg(long, conflicts_with_all = ["before", "inconsistency", "grid", "crop"])]
+    information: bool,
+
+    /// Colour where the map contradicts itself (see `hitl inconsistency`).
+    #[arg(long, conflicts_with = "before")]
+    inconsistency: bool,
 
     /// Draw grid lines with coordinates in metres, for writing strokes by hand.
     #[arg(long)]
@@ -47,15 +56,20 @@ pub struct Args {
 /// Bad options, or a file that cannot be read or written.
 pub fn run(args: &Args) -> Result<Outcome> {
     picture::check(&args.output)?;
-    let options = MapPictureOptions {
+    let mut options = MapPictureOptions {
         size_px: args.size_px,
         title: args.title.clone(),
         with_grid: args.grid,
         crop: args.crop.as_deref().map(crop).transpose()?,
-        overlays: Vec::new(),
+        ..MapPictureOptions::default()
     };
     let map = load::map(&args.input)?;
+    if args.inconsistency {
+        let found = metrics::inconsistency(&map, &InconsistencyOptions::default())?;
+        options.heat = Some(Heat { side_m: found.resolution_m, cells: found.cells });
+    }
     let drawn = match &args.before {
+        _ if args.information => render::information(&map, args.size_px, args.title.as_deref()),
         Some(before) => render::before_after(&load::map(before)?, &map, &options),
         None => render::map(&map, &options),
     };

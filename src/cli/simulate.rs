@@ -1,25 +1,27 @@
 //! `hitl simulate`: a world, a robot's run through it, its truth and a simulated person's strokes.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use hitl_slam::error::Result;
 use hitl_slam::io;
 use hitl_slam::map::Trajectory;
-use hitl_slam::simulate::{self, Scenario, Settings, Wall};
+use hitl_slam::simulate::{self, Scenario, Settings};
 
 use super::{Outcome, out};
 
 /// Simulate a robot's run: a bent map, its truth, and the corrections a person would draw on it.
 ///
 /// Writes into DIR: map.npz (the map as the drifting odometry makes it), truth.tum (the true poses),
-/// corrections.jsonl (what a person would draw; input of `hitl correct`) and walls.csv (the world).
+/// corrections.jsonl (what a person would draw; input of `hitl correct`), walls.csv (the world) and pairs.csv (which walls
+/// `hitl evaluate --walls` compares).
 /// The same options always write the same files.
 #[derive(clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Args {
-    /// loop: one lap of a ring of corridors, 650 poses. campus: three buildings, 3,100 poses
+    /// loop: one lap of a ring of corridors, 650 poses. campus: three buildings, 3,100 poses.
+    /// lost-poses: a room whose walls the laser sees only from 1.5 m. office-bent: two long corridors, severely bent.
+    /// office-kick: the same, 30° of heading lost in one step
     #[arg(value_parser = PossibleValuesParser::new(Scenario::ALL.map(Scenario::name)))]
     scenario: String,
     /// Decides all that is left to chance
@@ -59,7 +61,8 @@ pub fn run(args: &Args) -> Result<Outcome> {
     io::write_map(&folder.join("map.npz"), &simulation.map)?;
     io::tum::write(&folder.join("truth.tum"), &truth)?;
     io::corrections::write(&folder.join("corrections.jsonl"), &simulation.corrections)?;
-    write_walls(&folder.join("walls.csv"), &simulation.walls)?;
+    io::walls::write(&folder.join("walls.csv"), &simulation.walls)?;
+    io::walls::write_pairs(&folder.join("pairs.csv"), &simulation.pairs)?;
     let line = format!(
         "{scenario}, seed {}: {} poses, {} points, {} corrections → {}\n",
         settings.seed,
@@ -70,16 +73,4 @@ pub fn run(args: &Args) -> Result<Outcome> {
     );
     out::print(&line)?;
     Ok(Outcome::Done)
-}
-
-/// `name,x1_m,y1_m,x2_m,y2_m`, one wall a line.
-fn write_walls(path: &Path, walls: &[Wall]) -> Result<()> {
-    io::atomic::write(path, |out: &mut dyn Write| {
-        writeln!(out, "name,x1_m,y1_m,x2_m,y2_m")?;
-        for wall in walls {
-            let [p, q] = wall.segment.ends();
-            writeln!(out, "{},{},{},{},{}", wall.name, p.x, p.y, q.x, q.y)?;
-        }
-        Ok(())
-    })
 }

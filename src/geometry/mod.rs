@@ -1,12 +1,14 @@
 //! Numbers only: angles, SE(2) poses, line segments, covariances. Knows nothing of maps.
 
 mod angle;
+mod cells;
 mod information;
 mod pose2;
 mod scatter;
 mod segment;
 
 pub use angle::{angle_diff, wrap_angle};
+pub use cells::walk_cells;
 pub use information::{Information, isotropic_variances};
 pub use pose2::Pose2;
 pub use scatter::{Scatter, principal_direction};

@@ -2,10 +2,13 @@
 
 pub mod atomic;
 pub mod carmen;
+pub mod carmen_log;
 pub mod corrections;
 pub mod detect;
 pub mod g2o;
 pub mod native;
+pub mod occupancy;
+pub mod ply;
 mod pose_graph;
 pub mod relations;
 mod source;
@@ -13,6 +16,7 @@ pub mod stfs;
 mod text;
 pub mod toro;
 pub mod tum;
+pub mod walls;
 
 use std::path::Path;
 

@@ -7,6 +7,7 @@ mod observations;
 mod relation;
 mod slam_map;
 mod trajectory;
+mod walls;
 
 pub use correction::{Correction, Mode, Stroke};
 pub use human_factor::{Feature, HumanFactor, Sighting};
@@ -15,3 +16,4 @@ pub use observations::Observations;
 pub use relation::Relation;
 pub use slam_map::{RelativeFactor, ScanRecord, SlamMap};
 pub use trajectory::Trajectory;
+pub use walls::{Measure, Wall, WallPair};

@@ -2,9 +2,11 @@
 
 use serde::Serialize;
 
-use super::{PoseError, RelationErrors, associate, ate, relation_errors, rpe, worst_edge};
+use super::{
+    PoseError, RelationErrors, WallErrors, associate, ate, relation_errors, rpe, wall_errors, worst_edge,
+};
 use crate::error::{Error, Result};
-use crate::map::{Relation, SlamMap, Trajectory};
+use crate::map::{Relation, SlamMap, Trajectory, Wall, WallPair};
 
 /// What to measure against.
 #[derive(Debug, Clone, Copy)]
@@ -13,6 +15,8 @@ pub struct Reference<'a> {
     pub truth: Option<&'a Trajectory>,
     /// Hand-checked relations.
     pub relations: Option<&'a [Relation]>,
+    /// The true walls and which of them to compare; needs a truth.
+    pub walls: Option<(&'a [Wall], &'a [WallPair])>,
     /// Stamps closer than this are the same moment, seconds ([`super::DEFAULT_TOLERANCE_S`]).
     pub tolerance_s: f64,
 }
@@ -58,6 +62,9 @@ pub struct Evaluation {
     /// Errors against hand-checked relations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relations: Option<RelationErrors>,
+    /// Angles and distances between named walls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walls: Option<WallErrors>,
     /// Error of every matched pose, for plots; not in the report.
     #[serde(skip)]
     pub errors: Vec<PoseError>,
@@ -91,6 +98,9 @@ pub fn evaluate(map: &SlamMap, reference: &Reference) -> Result<Evaluation> {
             report.rpe_trans_max_m = Some(relative.translation_max_m);
             report.rpe_rot_max_rad = Some(relative.rotation_max_rad);
         }
+    }
+    if let (Some(truth), Some((walls, pairs))) = (reference.truth, reference.walls) {
+        report.walls = Some(wall_errors(map, truth, walls, pairs, reference.tolerance_s));
     }
     if let Some(relations) = reference.relations {
         let errors = relation_errors(&trajectory, relations, reference.tolerance_s);

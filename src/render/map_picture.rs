@@ -4,6 +4,7 @@
 //! Layout, top to bottom: title, the map's frame (with coordinates in its margins if there is a grid), scale bar and
 //! legend. All sizes on screen are multiples of one unit, a thousandth of the picture's size.
 
+use super::heat::{self, Heat};
 use super::map_layers::{self as layers, Overlay};
 use super::scene::{Anchor, Colour, Item, Picture, PixelRect};
 use super::text::text_width_px;
@@ -24,11 +25,20 @@ pub struct MapPictureOptions {
     pub crop: Option<WorldRect>,
     /// Segments to draw on top.
     pub overlays: Vec<Overlay>,
+    /// Cells to colour; the strokes and their legend are then left out.
+    pub heat: Option<Heat>,
 }
 
 impl Default for MapPictureOptions {
     fn default() -> Self {
-        MapPictureOptions { size_px: 1200, title: None, with_grid: false, crop: None, overlays: Vec::new() }
+        MapPictureOptions {
+            size_px: 1200,
+            title: None,
+            with_grid: false,
+            crop: None,
+            overlays: Vec::new(),
+            heat: None,
+        }
     }
 }
 
@@ -39,8 +49,9 @@ pub fn map(map: &SlamMap, options: &MapPictureOptions) -> Picture {
         map,
         title: options.title.as_deref().unwrap_or(""),
         highlighted: highlighted(map),
-        strokes: own_strokes(map),
+        strokes: if options.heat.is_some() { Vec::new() } else { own_strokes(map) },
         overlays: &options.overlays,
+        heat: options.heat.as_ref(),
     };
     let layout = Layout::new(&world, options, 1.0, !panel.title.is_empty());
     let mut picture = Picture::new(layout.width as u32, layout.height as u32);
@@ -61,6 +72,7 @@ pub fn before_after(before: &SlamMap, after: &SlamMap, options: &MapPictureOptio
         highlighted: if same_points { highlighted(after) } else { highlighted(before) },
         strokes: if same_points { strokes_before(before, after) } else { own_strokes(before) },
         overlays: &options.overlays,
+        heat: None,
     };
     let corrections = after.human_factors.len().saturating_sub(before.human_factors.len());
     let count = match corrections {
@@ -74,6 +86,7 @@ pub fn before_after(before: &SlamMap, after: &SlamMap, options: &MapPictureOptio
         highlighted: highlighted(after),
         strokes: own_strokes(after),
         overlays: &[],
+        heat: None,
     };
     let layout = Layout::new(&world, options, 1.3, true);
     let stacked = layout.frame.width > 2.0 * layout.frame.height;
@@ -91,6 +104,7 @@ struct Panel<'a> {
     highlighted: Vec<usize>,
     strokes: Vec<(Segment, Segment)>,
     overlays: &'a [Overlay],
+    heat: Option<&'a Heat>,
 }
 
 /// Poses of any human factor, ascending, in range.
@@ -176,7 +190,11 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
         around.extend(labels);
     }
     inside.push(layers::points(panel.map, &view, unit));
-    inside.extend(layers::poses(panel.map, &panel.highlighted, &view, unit));
+    if let Some(heat) = panel.heat {
+        inside.extend(heat::cells(heat, &view, unit));
+    } else {
+        inside.extend(layers::poses(panel.map, &panel.highlighted, &view, unit));
+    }
     inside.extend(layers::human_factors(&panel.strokes, &view, unit));
     inside.extend(layers::overlays(panel.overlays, &view, unit));
     let edge = PixelRect { left: frame.left + 0.5, top: frame.top + 0.5, ..frame };
@@ -188,7 +206,9 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
     let base = y + layout.height - 18.0 * unit;
     let (bar, bar_end) = layers::scale_bar(&view, [frame.left + 2.0, base], unit);
     around.extend(bar);
-    if !panel.strokes.is_empty() {
+    if panel.heat.is_some() {
+        around.extend(heat::legend(frame.right(), base, unit));
+    } else if !panel.strokes.is_empty() {
         around.extend(legend(frame.right(), base, bar_end + 20.0 * unit, unit));
     }
     picture.push(Some(frame), inside);

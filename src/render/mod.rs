@@ -6,6 +6,8 @@
 
 mod axis;
 mod density;
+mod heat;
+mod information;
 mod map_layers;
 mod map_picture;
 mod plot;
@@ -13,11 +15,15 @@ mod png;
 mod scene;
 mod svg;
 mod text;
+mod tiled;
 mod viewport;
 
+pub use heat::Heat;
+pub use information::{information, mode_colour};
 pub use map_layers::Overlay;
 pub use map_picture::{MapPictureOptions, before_after, map};
 pub use plot::{Mark, Plot, Series};
 pub use scene::{Anchor, Colour, Item, Layer, Picture, PixelRect};
 pub use text::text_width_px;
+pub use tiled::tiled;
 pub use viewport::WorldRect;

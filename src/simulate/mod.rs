@@ -22,7 +22,7 @@ pub use world::Wall;
 
 use crate::error::{Error, Result};
 use crate::geometry::Pose2;
-use crate::map::{Correction, Observations, SlamMap};
+use crate::map::{Correction, Observations, SlamMap, WallPair};
 
 /// Seconds from one pose to the next.
 const STEP_S: f64 = 0.5;
@@ -57,6 +57,8 @@ pub struct Simulation {
     pub corrections: Vec<Correction>,
     /// The world.
     pub walls: Vec<Wall>,
+    /// Which walls to compare: the samples of Table 1.
+    pub pairs: Vec<WallPair>,
 }
 
 /// The independent sources of chance; the numbers are part of the format: they decide what a seed means.
@@ -111,7 +113,12 @@ pub fn run(scenario: Scenario, settings: &Settings) -> Result<Simulation> {
     }
 
     let drift = plan.drift.times(settings.drift);
-    let relative_factors = drift.measure(&truth, &mut settings.random(Stream::Drift))?;
+    let mut relative_factors = drift.measure(&truth, &mut settings.random(Stream::Drift))?;
+    if let Some(kick) = plan.kick {
+        // The odometry does not notice: its covariance stays the usual one.
+        let step = &mut relative_factors[kick.step].i_from_j;
+        *step = step.compose(Pose2::new(0.0, 0.0, kick.heading_rad * settings.drift));
+    }
     let mut poses = vec![truth[0]];
     for (i, factor) in relative_factors.iter().enumerate() {
         poses.push(poses[i].compose(factor.i_from_j));
@@ -130,5 +137,6 @@ pub fn run(scenario: Scenario, settings: &Settings) -> Result<Simulation> {
         robot_from_laser: plan.lidar.robot_from_laser,
         ..SlamMap::default()
     };
-    Ok(Simulation { map, truth, corrections, walls: plan.world.walls().to_vec() })
+    let walls = plan.world.walls().to_vec();
+    Ok(Simulation { map, truth, corrections, walls, pairs: plan.pairs })
 }

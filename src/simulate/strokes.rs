@@ -19,7 +19,7 @@ const MAX_DISTANCE_M: f64 = 6.0;
 /// The outermost returns on the piece must be this close to its ends: both corners are to be seen.
 const END_GAP_M: f64 = 0.25;
 /// Sightings more poses apart than this belong to different visits.
-const VISIT_GAP: usize = 100;
+const VISIT_GAP: usize = 30;
 
 /// One correction as a scenario plans it.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +30,15 @@ pub struct Drawing {
     pub a: Piece,
     /// The other.
     pub b: Piece,
+    /// How sure the person is, against the odometry's word ([`Correction::weight`]).
+    pub weight: f64,
+}
+
+impl Drawing {
+    /// A drawing of the usual weight.
+    pub fn new(mode: Mode, a: Piece, b: Piece) -> Self {
+        Drawing { mode, a, b, weight: 1.0 }
+    }
 }
 
 /// A piece of a wall on one of the robot's visits to it.
@@ -41,12 +50,24 @@ pub struct Piece {
     pub span_m: Option<[f64; 2]>,
     /// Which of the times that it was well seen, from 0.
     pub visit: usize,
+    /// Only from these poses, the last excluded; `None`: from any.
+    pub poses: Option<[usize; 2]>,
 }
 
 impl Piece {
     /// All of a wall.
     pub fn whole(wall: &'static str, visit: usize) -> Self {
-        Piece { wall, span_m: None, visit }
+        Piece { wall, span_m: None, visit, poses: None }
+    }
+
+    /// Some of a wall.
+    pub fn part(wall: &'static str, span_m: [f64; 2], visit: usize) -> Self {
+        Piece { wall, span_m: Some(span_m), visit, poses: None }
+    }
+
+    /// The same piece, on its first visit within a stretch of poses.
+    pub fn within(self, poses: [usize; 2]) -> Self {
+        Piece { visit: 0, poses: Some(poses), ..self }
     }
 }
 
@@ -81,7 +102,7 @@ impl Scene<'_> {
                 mode: drawing.mode,
                 a: self.stroke(&drawing.a, drawing_noise_m, random)?,
                 b: self.stroke(&drawing.b, drawing_noise_m, random)?,
-                weight: 1.0,
+                weight: drawing.weight,
                 enabled: true,
             });
         }
@@ -90,7 +111,7 @@ impl Scene<'_> {
 
     fn stroke(&self, piece: &Piece, drawing_noise_m: f64, random: &mut impl Rng) -> Result<Stroke> {
         let place = self.place(piece)?;
-        let pose = self.anchor(&place, piece.visit).ok_or_else(|| {
+        let pose = self.anchor(&place, piece).ok_or_else(|| {
             Error::Internal(format!("no visit {} at which {} is well seen", piece.visit, piece.wall))
         })?;
         let robot_from_world = self.truth[pose].inverse();
@@ -112,13 +133,14 @@ impl Scene<'_> {
     }
 
     /// The pose of a visit that has most returns on the piece.
-    fn anchor(&self, place: &Place, visit: usize) -> Option<usize> {
-        let good: Vec<(usize, usize)> = (0..self.truth.len())
+    fn anchor(&self, place: &Place, piece: &Piece) -> Option<usize> {
+        let [first, end] = piece.poses.unwrap_or([0, self.truth.len()]);
+        let good: Vec<(usize, usize)> = (first..end.min(self.truth.len()))
             .map(|pose| (pose, self.returns_on(pose, place)))
             .filter(|&(_, returns)| returns >= MIN_RETURNS)
             .collect();
         let mut visits = good.chunk_by(|a, b| b.0 - a.0 <= VISIT_GAP);
-        let best = visits.nth(visit)?.iter().max_by_key(|&&(pose, returns)| (returns, pose))?;
+        let best = visits.nth(piece.visit)?.iter().max_by_key(|&&(pose, returns)| (returns, pose))?;
         Some(best.0)
     }
 

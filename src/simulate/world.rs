@@ -3,20 +3,12 @@
 //! Rays walk a uniform grid whose cells list the walls near them, so a cast costs the walls along the ray and not
 //! all walls of a campus. Metres, world frame. Walls have no thickness and block from both sides.
 
-use crate::geometry::{Segment, Vec2};
+use crate::geometry::Vec2;
+pub use crate::map::Wall;
 
 /// Cells are at least this wide, and wider where the world would otherwise need more than [`MAX_CELLS`].
 const CELL_M: f64 = 1.0;
 const MAX_CELLS: f64 = 1e6;
-
-/// A straight piece of wall, named so that people and tests can speak of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Wall {
-    /// Unique in its world, such as `ring/south-outer/3`.
-    pub name: String,
-    /// Where it stands, world frame.
-    pub segment: Segment,
-}
 
 /// The first wall on a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,5 +1,6 @@
 //! `hitl correct`: the main job, in batch.
 
+mod batch;
 mod pictures;
 mod report;
 mod table;
@@ -10,10 +11,11 @@ use std::time::Instant;
 use hitl_slam::error::{Error, Result};
 use hitl_slam::joint::Backend;
 use hitl_slam::map::{Correction, SlamMap};
-use hitl_slam::pipeline::{CorrectionReport, Corrector};
+use hitl_slam::pipeline::{CorrectionReport, Corrector, Options};
 use hitl_slam::{interpret, io};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::options::at_least_one;
 use super::{Outcome, load, out, tunables};
 
 /// Correct a map: apply two-stroke corrections in order, each optimised with all that came before.
@@ -64,6 +66,12 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     pictures: Option<PathBuf>,
 
+    /// Many maps: with folders for MAP, --corrections and -o, correct this many at once [default: one a core].
+    /// Maps and corrections are paired by file stem; -o gets STEM.npz and summary.json (elsewhere with --report), the
+    /// pictures go to DIR/STEM. A map that fails leaves the others done.
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+
     /// Exit with 1 if a correction was rejected.
     #[arg(long)]
     strict: bool,
@@ -72,18 +80,25 @@ pub struct Args {
     tunables: tunables::Tunables,
 }
 
-/// Runs the command.
-pub fn run(args: &Args) -> Result<Outcome> {
-    check_outputs(args)?;
-    args.solver.require()?;
-    let mut options = args.tunables.options()?;
-    options.joint.backend = args.solver;
-    let corrections = load::corrections(&args.corrections)?;
-    let map = load::map(&args.input)?;
-    interpret::check(&map, &corrections).map_err(|error| in_file(&args.corrections, error))?;
+/// A corrected map.
+struct Corrected {
+    corrector: Corrector,
+    reports: Reports,
+    /// The map as it was, if pictures are wanted.
+    before: Option<SlamMap>,
+    total_ms: f64,
+}
+
+/// Reads and corrects one map.
+fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<Corrected> {
+    let file = corrections;
+    let corrections = load::corrections(file)?;
+    let place = map.display();
+    let map = load::map(map)?;
+    interpret::check(&map, &corrections).map_err(|error| in_file(file, error))?;
     if map.observations.is_empty() {
         let message = "found a map without points, expected laser points for the strokes to catch";
-        return Err(Error::input(args.input.display(), message));
+        return Err(Error::input(place, message));
     }
     let before = args.pictures.is_some().then(|| map.clone());
     let start = Instant::now();
@@ -91,10 +106,30 @@ pub fn run(args: &Args) -> Result<Outcome> {
     let reports = if args.interpret_only {
         interpret_all(&corrector, &corrections)?
     } else {
-        apply_all(&mut corrector, &corrections)?
+        apply_all(&mut corrector, &corrections, args.input.is_dir())?
     };
     let total_ms = start.elapsed().as_secs_f64() * 1e3;
+    Ok(Corrected { corrector, reports, before, total_ms })
+}
 
+/// Runs the command.
+pub fn run(args: &Args) -> Result<Outcome> {
+    let is_batch = args.input.is_dir();
+    if !is_batch {
+        check_outputs(args)?;
+        if args.jobs.is_some() {
+            return Err(Error::input("--jobs", "found with a single map, expected a folder of maps"));
+        }
+    }
+    args.solver.require()?;
+    let mut options = args.tunables.options()?;
+    options.joint.backend = args.solver;
+    if is_batch {
+        at_least_one("--jobs", args.jobs.unwrap_or(1))?;
+        return batch::run(args, options);
+    }
+    let Corrected { corrector, reports, before, total_ms } =
+        one(args, options, &args.input, &args.corrections)?;
     let json = report::Report::new(&corrector, &args.tunables, &reports, total_ms);
     let map = corrector.into_map();
     write_outputs(args, &map, before.as_ref(), &reports)?;
@@ -146,10 +181,11 @@ fn check_outputs(args: &Args) -> Result<()> {
 /// One report per correction, in order.
 type Reports = Vec<CorrectionReport>;
 
-fn apply_all(corrector: &mut Corrector, corrections: &[Correction]) -> Result<Reports> {
+fn apply_all(corrector: &mut Corrector, corrections: &[Correction], is_quiet: bool) -> Result<Reports> {
     let style = ProgressStyle::with_template("correcting {bar:30} {pos}/{len} {msg}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(corrections.len() as u64).with_style(style);
+    let bar = if is_quiet { ProgressBar::hidden() } else { ProgressBar::new(corrections.len() as u64) };
+    let bar = bar.with_style(style);
     let mut reports = Vec::with_capacity(corrections.len());
     for correction in corrections {
         bar.set_message(correction.id.clone());

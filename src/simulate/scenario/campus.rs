@@ -7,7 +7,7 @@
 
 use super::Plan;
 use crate::geometry::{Pose2, Vec2};
-use crate::map::Mode;
+use crate::map::{Measure, Mode, WallPair};
 use crate::simulate::drift::Drift;
 use crate::simulate::floor_plan::FloorPlan;
 use crate::simulate::lidar::Lidar;
@@ -47,17 +47,36 @@ pub fn plan() -> Plan {
         lidar: Lidar::half_circle(12.0),
         drift: Drift::scan_matched([10.0, 12.5], 4e-4),
         drawings: drawings(),
+        kick: None,
+        pairs: pairs(),
     }
 }
 
+/// The outer walls of each building: what runs along one corridor against what runs along the others.
+fn pairs() -> Vec<WallPair> {
+    let mut pairs = Vec::new();
+    for building in ["a", "b", "c"] {
+        let wall = |piece: &str| format!("{building}/{piece}");
+        let (south, north) = (wall("south-outer/2"), wall("north-outer/4"));
+        let (east, west) = (wall("east-outer/3"), wall("west-outer/3"));
+        pairs.push(WallPair::new(&south, &north, Measure::Angle));
+        pairs.push(WallPair::new(&east, &west, Measure::Angle));
+        pairs.push(WallPair::new(&south, &east, Measure::Angle));
+        pairs.push(WallPair::new(&north, &west, Measure::Angle));
+        pairs.push(WallPair::new(&south, &north, Measure::Distance));
+        pairs.push(WallPair::new(&east, &west, Measure::Distance));
+    }
+    pairs
+}
+
 fn drawings() -> Vec<Drawing> {
-    let same = |wall| Drawing { mode: Mode::Colocation, a: Piece::whole(wall, 0), b: Piece::whole(wall, 1) };
+    let same = |wall| Drawing::new(Mode::Colocation, Piece::whole(wall, 0), Piece::whole(wall, 1));
     vec![
-        Drawing {
-            mode: Mode::Collinear,
-            a: Piece::whole("a/south-outer/10", 0),
-            b: Piece::whole("a/south-outer/11", 1),
-        },
+        Drawing::new(
+            Mode::Collinear,
+            Piece::whole("a/south-outer/10", 0),
+            Piece::whole("a/south-outer/11", 1),
+        ),
         same("b/north-outer/9"),
         same("c/south-outer/10"),
         same("a/west-outer/3"),

@@ -6,7 +6,7 @@
 
 use super::Plan;
 use crate::geometry::{Pose2, Vec2};
-use crate::map::Mode;
+use crate::map::{Measure, Mode, WallPair};
 use crate::simulate::drift::Drift;
 use crate::simulate::floor_plan::FloorPlan;
 use crate::simulate::lidar::Lidar;
@@ -38,21 +38,37 @@ pub fn plan() -> Plan {
         lidar: Lidar::half_circle(10.0),
         drift: Drift::scan_matched([6.2, 7.8], 6e-4),
         drawings: vec![
-            Drawing {
-                mode: Mode::Colocation,
-                a: Piece::whole("ring/south-outer/8", 0),
-                b: Piece::whole("ring/south-outer/8", 1),
-            },
-            Drawing {
-                mode: Mode::Perpendicular,
-                a: Piece::whole("ring/south-outer/8", 0),
-                b: Piece::whole("ring/west-outer/3", 0),
-            },
-            Drawing {
-                mode: Mode::Parallel,
-                a: Piece::whole("ring/south-outer/8", 0),
-                b: Piece::whole("ring/north-outer/4", 0),
-            },
+            Drawing::new(
+                Mode::Colocation,
+                Piece::whole("ring/south-outer/8", 0),
+                Piece::whole("ring/south-outer/8", 1),
+            ),
+            Drawing::new(
+                Mode::Perpendicular,
+                Piece::whole("ring/south-outer/8", 0),
+                Piece::whole("ring/west-outer/3", 0),
+            ),
+            Drawing::new(
+                Mode::Parallel,
+                Piece::whole("ring/south-outer/8", 0),
+                Piece::whole("ring/north-outer/4", 0),
+            ),
         ],
+        kick: None,
+        pairs: pairs(),
     }
+}
+
+/// Each side against the one across and the one after it.
+fn pairs() -> Vec<WallPair> {
+    let pair = |a: &str, b: &str, measure| WallPair::new(&format!("ring/{a}"), &format!("ring/{b}"), measure);
+    vec![
+        pair("south-outer/6", "north-outer/4", Measure::Angle),
+        pair("east-outer/3", "west-outer/3", Measure::Angle),
+        pair("south-outer/6", "east-outer/3", Measure::Angle),
+        pair("east-outer/3", "north-outer/4", Measure::Angle),
+        pair("north-outer/4", "west-outer/3", Measure::Angle),
+        pair("south-outer/6", "north-outer/4", Measure::Distance),
+        pair("east-outer/3", "west-outer/3", Measure::Distance),
+    ]
 }

@@ -2,6 +2,8 @@
 
 mod campus;
 mod corridor_loop;
+mod lost_poses;
+mod office;
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,6 +14,7 @@ use super::strokes::Drawing;
 use super::world::World;
 use crate::error::Error;
 use crate::geometry::Pose2;
+use crate::map::WallPair;
 
 /// A simulated situation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +24,12 @@ pub enum Scenario {
     Loop,
     /// Three buildings at angles to each other and the walkways between them: more than 3,000 poses.
     Campus,
+    /// A room of 6.33 m and a laser that sees 1.5 m: 270 poses, most of them out of sight of any wall.
+    LostPoses,
+    /// One floor with two long corridors, severely bent: 650 poses.
+    OfficeBent,
+    /// The same floor, little bent, with one heading failure of 30° between two poses: 650 poses.
+    OfficeKick,
 }
 
 /// Everything about a scenario that chance has no part in.
@@ -32,17 +41,34 @@ pub(super) struct Plan {
     pub lidar: Lidar,
     pub drift: Drift,
     pub drawings: Vec<Drawing>,
+    /// A failure of the odometry in one step.
+    pub kick: Option<Kick>,
+    /// The samples of Table 1.
+    pub pairs: Vec<WallPair>,
+}
+
+/// A heading failure.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kick {
+    /// Index of the relative factor that is wrong.
+    pub step: usize,
+    /// By how much, radians.
+    pub heading_rad: f64,
 }
 
 impl Scenario {
     /// All scenarios.
-    pub const ALL: [Scenario; 2] = [Scenario::Loop, Scenario::Campus];
+    pub const ALL: [Scenario; 5] =
+        [Scenario::Loop, Scenario::Campus, Scenario::LostPoses, Scenario::OfficeBent, Scenario::OfficeKick];
 
     /// The name used on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Scenario::Loop => "loop",
             Scenario::Campus => "campus",
+            Scenario::LostPoses => "lost-poses",
+            Scenario::OfficeBent => "office-bent",
+            Scenario::OfficeKick => "office-kick",
         }
     }
 
@@ -50,6 +76,9 @@ impl Scenario {
         match self {
             Scenario::Loop => corridor_loop::plan(),
             Scenario::Campus => campus::plan(),
+            Scenario::LostPoses => lost_poses::plan(),
+            Scenario::OfficeBent => office::bent(),
+            Scenario::OfficeKick => office::kick(),
         }
     }
 }

@@ -1,0 +1,97 @@
+//! `hitl export`: a map for other people's tools.
+
+use std::path::{Path, PathBuf};
+
+use hitl_slam::error::{Error, Result};
+use hitl_slam::io::{self, Source};
+
+use super::{Outcome, load, out};
+
+/// Write a map for other tools; the extension of X picks the format.
+///
+///   .npz .g2o .stfs.covars .tum   native map, graph, HitL-SLAM text, trajectory of every scan
+///   .clf .log                     CARMEN log: corrected laser poses, original odometry
+///   .ply                          point cloud with normals
+///   .pgm                          occupancy grid and its .yaml for the ROS map server
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
+pub struct Args {
+    /// Map, graph or log.
+    input: PathBuf,
+
+    /// File to write.
+    #[arg(short, long, value_name = "X")]
+    output: PathBuf,
+
+    /// For .clf: the log that the map was made from. Every scan keeps its ranges; without it the beams are put together
+    /// from the map's points.
+    #[arg(long, value_name = "LOG")]
+    log: Option<PathBuf>,
+
+    /// For .pgm: side of a cell, metres.
+    #[arg(long, value_name = "M", default_value_t = 0.05)]
+    resolution_m: f64,
+
+    /// For .pgm: turn the map by this before it is drawn. The YAML's yaw stays 0: its readers ignore it.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
+    yaw_deg: f64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad options, or files that cannot be read or written.
+pub fn run(args: &Args) -> Result<Outcome> {
+    super::options::positive("--resolution-m", args.resolution_m)?;
+    if !args.yaw_deg.is_finite() {
+        return Err(Error::input("--yaw-deg", format_args!("found {}, expected a number", args.yaw_deg)));
+    }
+    let extension = args.output.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    match extension.as_str() {
+        "clf" | "log" | "ply" => io::atomic::check(&args.output)?,
+        "pgm" => {
+            io::atomic::check(&args.output)?;
+            io::atomic::check(&io::occupancy::yaml_path(&args.output))?;
+        }
+        "npz" | "g2o" | "covars" | "stfs" | "tum" | "txt" | "graph" | "toro" => {
+            io::check_map_path(&args.output)?;
+        }
+        _ => {
+            let message = "found no known extension, expected .npz, .g2o, .stfs.covars, .tum, .txt, .clf, .log, .ply or .pgm";
+            return Err(Error::input(args.output.display(), message));
+        }
+    }
+    if args.log.is_some() && !["clf", "log"].contains(&extension.as_str()) {
+        return Err(Error::input("--log", "found with another format, expected it with .clf or .log only"));
+    }
+    let map = load::map(&args.input)?;
+    match extension.as_str() {
+        "clf" | "log" => {
+            let log = match &args.log {
+                Some(log) => io::carmen_log::corrected(&raw(log)?, &map.trajectory())?,
+                None => io::carmen_log::of_map(&map),
+            };
+            io::carmen_log::write(&args.output, &log)?;
+        }
+        "ply" => io::ply::write(&args.output, &map)?,
+        "pgm" => {
+            let grid = io::occupancy::draw(&map, args.resolution_m, args.yaw_deg.to_radians())?;
+            io::occupancy::write(&args.output, &grid)?;
+        }
+        _ => io::write_map(&args.output, &map)?,
+    }
+    out::print(&format!(
+        "{}: {} poses, {} points\n",
+        args.output.display(),
+        map.poses.len(),
+        map.observations.len()
+    ))?;
+    Ok(Outcome::Done)
+}
+
+fn raw(path: &Path) -> Result<hitl_slam::map::RawLog> {
+    match load::source(path)? {
+        Source::Log(log) => Ok(log),
+        _ => Err(Error::input(path.display(), "found something else, expected the CARMEN log of the map")),
+    }
+}
