@@ -193,6 +193,13 @@ fn apply_all(corrector: &mut Corrector, corrections: &[Correction], is_quiet: bo
         bar.inc(1);
     }
     bar.finish_and_clear();
+    let mut warnings: Vec<String> = Vec::new();
+    for warning in reports.iter().filter_map(|r| r.solve.as_ref()).flat_map(|s| &s.warnings) {
+        if !warnings.contains(warning) {
+            warnings.push(warning.clone());
+        }
+    }
+    load::remark(&warnings);
     Ok(reports)
 }
 

@@ -58,6 +58,14 @@ pub struct Entry {
     strokes: Vec<Stroke>,
 }
 
+impl Entry {
+    /// Names of the strokes whose EM was stopped before it had settled.
+    pub fn unsettled(&self) -> Vec<&'static str> {
+        let is_unsettled = |s: &&Stroke| s.snapped.is_some() && !s.em_settled;
+        self.strokes.iter().filter(is_unsettled).map(|s| s.name).collect()
+    }
+}
+
 /// What one stroke caught (an addition to the contract: what `--interpret-only` is for).
 #[derive(Debug, Serialize)]
 struct Stroke {

@@ -7,7 +7,10 @@ pub fn text(report: &Report, interpret_only: bool) -> String {
     let mut text = format!("{} poses, {} points\n", report.poses, report.observations);
     let width = report.corrections.iter().map(|c| c.id.chars().count()).max().unwrap_or(0).max(2);
     for c in &report.corrections {
-        let what = if interpret_only { interpretation(c) } else { correction(c) };
+        let mut what = if interpret_only { interpretation(c) } else { correction(c) };
+        for stroke in c.unsettled() {
+            what.push_str(&format!("  (EM of stroke {stroke} not settled)"));
+        }
         text.push_str(&format!("  {:<width$}  {:<13}  {what}\n", c.id, c.mode.name()));
     }
     if !interpret_only {
