@@ -67,7 +67,7 @@ pub fn map() -> Result<Simulation> {
         robot_from_laser: lidar.robot_from_laser,
         ..SlamMap::default()
     };
-    Ok(Simulation { map, truth, corrections, walls: s.walls })
+    Ok(Simulation { map, truth, corrections, walls: s.walls, pairs: s.pairs })
 }
 
 pub fn section() -> Result<Section> {

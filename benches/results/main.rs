@@ -1,6 +1,7 @@
 //! `cargo bench --bench results`: measures everything that docs/RESULTS.md says, and writes that page and its pictures.
 //! With section names as arguments (`-- accuracy timing`) only those, printed instead of written.
 
+mod ablations;
 mod accuracy;
 mod aces;
 mod along_line;
@@ -10,8 +11,10 @@ mod child;
 mod figures;
 mod invariance;
 mod page;
+mod paper_figures;
 mod runs;
 mod stats;
+mod table1;
 mod time;
 mod weights;
 
@@ -23,7 +26,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 7] = [
+const SECTIONS: [(&str, Measure); 10] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -31,6 +34,9 @@ const SECTIONS: [(&str, Measure); 7] = [
     ("size", big::section),
     ("weights", weights::section),
     ("aces", aces::section),
+    ("table1", table1::section),
+    ("ablations", ablations::section),
+    ("figures", paper_figures::section),
 ];
 
 fn main() -> Result<()> {

@@ -1,6 +1,8 @@
+mod batch;
 mod commands;
 mod mutations;
 mod odd_maps;
+mod paper;
 mod refusals;
 mod report;
 mod streams;
