@@ -12,6 +12,8 @@ mod cli;
 mod formats;
 /// From a raw log to a map.
 mod front_end;
+/// The pairwise inconsistency against its definition.
+mod inconsistency;
 /// The joint problem: factors, both back ends, the paper's literal form, malformed problems.
 mod joint;
 /// Laws of the numbers: SE(2), angles, scatter.
@@ -32,3 +34,5 @@ mod scan_match;
 mod simulate;
 /// Each stage of the pipeline by itself.
 mod stages;
+/// Table 1's metric.
+mod walls;

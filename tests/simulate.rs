@@ -145,7 +145,7 @@ fn the_robot_drives_smoothly_and_never_through_a_wall() {
             let step = pair[0].between(pair[1]);
             let length_m = step.translation().norm();
             assert!((0.19..0.23).contains(&length_m), "{scenario}: {length_m}");
-            assert!(step.theta_rad.abs() < 0.25);
+            assert!(step.theta_rad.abs() < 0.32);
             let way = (pair[1].translation() - pair[0].translation()) / length_m;
             assert_eq!(world.cast(pair[0].translation(), way, length_m), None, "{scenario}: {pair:?}");
         }
@@ -202,14 +202,17 @@ fn the_map_is_valid_and_its_factors_explain_its_poses_but_not_quite_the_truth() 
             let [x, y, theta] = f.residual(simulation.truth[f.i], simulation.truth[f.j]);
             [x, y + 0.5 * theta, theta]
         };
-        let white_m = map.relative_factors.iter().map(|f| at_truth(f)[1].powi(2)).sum::<f64>() / count;
+        // The step that failed is not noise.
+        let sound = map.relative_factors.iter().filter(|f| at_truth(f)[2].abs() < 0.3);
+        let white_m = sound.map(|f| at_truth(f)[1].powi(2)).sum::<f64>() / count;
         assert!((white_m.sqrt() - 0.001).abs() < 1e-4, "sideways noise beside the lever arm's: {white_m}");
     }
 }
 
 #[test]
 fn the_covariance_of_the_whole_chain_covers_the_drift_of_its_end() {
-    for scenario in Scenario::ALL {
+    // All but the one whose odometry fails without saying so.
+    for scenario in Scenario::ALL.into_iter().filter(|s| *s != Scenario::OfficeKick) {
         let simulation = simulate(scenario, |_| ());
         let sigma_rad = simulation
             .map
@@ -359,4 +362,35 @@ fn a_route_ends_where_it_should_and_turns_no_tighter_than_asked() {
         assert!(pair[0].between(pair[1]).theta_rad.abs() <= step_m / 1.5 + 1e-9);
         assert!((pair[1].translation() - pair[0].translation()).norm() <= step_m + 1e-9);
     }
+}
+
+#[test]
+fn no_scan_of_the_lost_poses_sees_two_parallel_walls() {
+    let s = simulate(Scenario::LostPoses, |_| ());
+    assert_eq!(s.truth.len(), 270);
+    let mut lost = 0;
+    for (pose, &world_from_robot) in s.truth.iter().enumerate() {
+        let sees = |name: &str| {
+            let wall = s.walls.iter().find(|w| w.name == name).unwrap();
+            s.map.observations.range(pose).any(|k| {
+                distance_m(&wall.segment, world_from_robot.transform_point(s.map.observations.point(k)))
+                    < 0.05
+            })
+        };
+        assert!(!(sees("west") && sees("east")) && !(sees("south") && sees("north")), "pose {pose}");
+        lost += usize::from(s.map.observations.range(pose).is_empty());
+    }
+    assert!(lost > 60, "only {lost} poses see no wall at all");
+}
+
+#[test]
+fn the_office_loses_thirty_degrees_in_one_step_and_its_covariance_does_not_know() {
+    let s = simulate(Scenario::OfficeKick, |_| ());
+    let error_deg =
+        |f: &hitl_slam::map::RelativeFactor| f.residual(s.truth[f.i], s.truth[f.j])[2].to_degrees().abs();
+    let failed: Vec<_> = s.map.relative_factors.iter().filter(|f| error_deg(f) > 1.0).collect();
+    assert_eq!(failed.len(), 1);
+    assert!((error_deg(failed[0]) - 30.0).abs() < 0.5);
+    let usual = s.map.relative_factors[0].information.covariance()[(2, 2)];
+    assert!((failed[0].information.covariance()[(2, 2)] / usual - 1.0).abs() < 0.05);
 }

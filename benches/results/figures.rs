@@ -12,7 +12,7 @@ use crate::runs;
 use crate::stats::Sample;
 
 /// Markdown that shows the picture, which is written to docs/img.
-fn save(name: &str, alt: &str, picture: &Picture) -> Result<String> {
+pub fn save(name: &str, alt: &str, picture: &Picture) -> Result<String> {
     fs::create_dir_all(project("docs/img"))?;
     fs::write(project("docs/img").join(name), picture.to_png())?;
     Ok(format!("![{alt}](img/{name})\n\n"))
@@ -73,4 +73,27 @@ pub fn pictures() -> Result<String> {
         text += &save(&format!("{scenario}.png"), &alt, &picture)?;
     }
     Ok(text)
+}
+
+/// ATE over the noise of drawing, one curve a map.
+pub fn noise_plot(noises_m: &[f64], curves: &[(Scenario, Vec<Sample>)]) -> Result<String> {
+    let series = curves.iter().map(|(scenario, samples)| Series {
+        label: scenario.to_string(),
+        points: noises_m.iter().zip(samples).map(|(n, s)| [100.0 * n, s.mean()]).collect(),
+        intervals: samples
+            .iter()
+            .map(|s| [s.mean() - s.half_interval(), s.mean() + s.half_interval()])
+            .collect(),
+        mark: Mark::Line,
+    });
+    let plot = Plot {
+        title: "ATE after all corrections over the noise of drawing".into(),
+        x_label: "noise of a drawn end point, per axis (cm)".into(),
+        y_label: "ATE (m)".into(),
+        log_y: true,
+        series: series.collect(),
+        size_px: (1000, 560),
+        ..Plot::default()
+    };
+    Ok(format!("\n{}", save("drawing-noise.png", &plot.title, &plot.draw())?))
 }

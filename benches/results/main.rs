@@ -1,6 +1,7 @@
 //! `cargo bench --bench results`: measures everything that docs/RESULTS.md says, and writes that page and its pictures.
 //! With section names as arguments (`-- accuracy timing`) only those, printed instead of written.
 
+mod ablations;
 mod accuracy;
 mod aces;
 mod along_line;
@@ -14,9 +15,11 @@ mod formulations;
 mod graphs;
 mod invariance;
 mod page;
+mod paper_figures;
 mod runs;
 mod scan_match;
 mod stats;
+mod table1;
 mod time;
 mod weights;
 
@@ -28,7 +31,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 12] = [
+const SECTIONS: [(&str, Measure); 15] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -41,6 +44,9 @@ const SECTIONS: [(&str, Measure); 12] = [
     ("backends", backends::section),
     ("paper", formulations::section),
     ("graphs", graphs::section),
+    ("table1", table1::section),
+    ("ablations", ablations::section),
+    ("figures", paper_figures::section),
 ];
 
 fn main() -> Result<()> {

@@ -90,7 +90,8 @@ pub fn draw(map: &SlamMap, resolution_m: f64, yaw_rad: f64) -> Result<Occupancy>
         _ => FREE,
     };
     let cells = ended.iter().zip(&passed).map(value).collect();
-    Ok(Occupancy { resolution_m, origin: first * resolution_m, columns, rows, cells })
+    let origin = (first * resolution_m).map(|v| (v * 1e9).round() / 1e9);
+    Ok(Occupancy { resolution_m, origin, columns, rows, cells })
 }
 
 /// The YAML that goes with a raster.

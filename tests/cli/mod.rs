@@ -1,8 +1,10 @@
+mod batch;
 mod commands;
 mod crosscheck;
 mod mutations;
 mod odd_maps;
 mod optimize;
+mod paper;
 mod refusals;
 mod report;
 mod streams;

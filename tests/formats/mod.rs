@@ -4,6 +4,7 @@ mod atomic;
 mod carmen;
 mod corrections;
 mod detect;
+mod export;
 mod g2o;
 mod native;
 mod prefixes;
