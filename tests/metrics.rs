@@ -192,7 +192,7 @@ fn relation_errors_by_hand() {
 fn the_report_has_the_names_of_the_contract_and_only_what_was_asked_for() {
     let truth = building::true_map(50, 4);
     let bent = building::drifted(&truth, 0.002);
-    let nothing = Reference { truth: None, relations: None, tolerance_s: DEFAULT_TOLERANCE_S };
+    let nothing = Reference { truth: None, relations: None, walls: None, tolerance_s: DEFAULT_TOLERANCE_S };
     let names = |reference: &Reference| {
         let value = serde_json::to_value(evaluate(&bent, reference).unwrap()).unwrap();
         value.as_object().unwrap().keys().cloned().collect::<Vec<_>>()
@@ -220,7 +220,8 @@ fn the_report_has_the_names_of_the_contract_and_only_what_was_asked_for() {
 fn a_truth_without_a_common_stamp_is_bad_input() {
     let map = building::true_map(10, 4);
     let other = trajectory(&[1000.3], &[[0.0; 3]]);
-    let reference = Reference { truth: Some(&other), relations: None, tolerance_s: DEFAULT_TOLERANCE_S };
+    let reference =
+        Reference { truth: Some(&other), relations: None, walls: None, tolerance_s: DEFAULT_TOLERANCE_S };
     let message = evaluate(&map, &reference).unwrap_err().to_string();
     assert_eq!(
         message,

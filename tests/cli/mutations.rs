@@ -58,7 +58,8 @@ fn use_all(source: Source, corrections_path: &Path) {
     };
     map.validate("a map that was read").unwrap();
     let truth = map.trajectory();
-    let reference = Reference { truth: Some(&truth), relations: None, tolerance_s: DEFAULT_TOLERANCE_S };
+    let reference =
+        Reference { truth: Some(&truth), relations: None, walls: None, tolerance_s: DEFAULT_TOLERANCE_S };
     let _ = evaluate(&map, &reference);
     let _ = render::map(&map, &render::MapPictureOptions { size_px: 120, ..Default::default() }).to_png();
     let Ok(read) = corrections::read(corrections_path) else { return };
