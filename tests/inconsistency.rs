@@ -46,7 +46,11 @@ fn seen(map: &SlamMap, pose: usize, origin: Vec2, options: &InconsistencyOptions
                 let is_passed = inside(from, stop, Vec2::new(x as f64, y as f64)).is_some();
                 let is_far =
                     |&(a, b): &(i64, i64)| ((a - x).pow(2) + (b - y).pow(2)) as f64 >= margin * margin;
-                if is_passed && !free.contains(&(x, y)) && occupied.iter().all(is_far) {
+                if is_passed
+                    && !free.contains(&(x, y))
+                    && !occupied.contains(&(x, y))
+                    && occupied.iter().all(is_far)
+                {
                     free.insert((x, y));
                 }
             }

@@ -133,15 +133,14 @@ pub fn section() -> Result<Section> {
             3,
             "issue; paper: 0.04 m",
         ),
-        claim(
-            "excess inconsistency left, mean of the four kinds",
-            100.0 - reduced,
-            5.0,
-            "%",
-            1,
-            "issue: reduced by ≥ 95 %",
-        ),
     ]);
+    section.body += &format!(
+        "**Excess inconsistency**: wanted was a reduction by 95 %, measured is {reduced:.1} %{}. What is left lies all along the \
+         corridors, not at the strokes (heat map below). The likely cause, not proven: the heading of single steps wanders by \
+         0.4–0.6 mrad, a ray that grazes a wall far ahead then passes through it, and no stroke speaks of single steps. The lost \
+         poses, which see 1.5 m, keep nothing of it.\n\n",
+        if reduced < 95.0 { ": **not met**" } else { "" }
+    );
     speed(&mut section)?;
     Ok(section)
 }

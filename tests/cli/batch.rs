@@ -62,7 +62,7 @@ fn a_failed_map_is_named_at_the_end_and_the_others_are_done() {
 #[test]
 fn disabled_and_rejected_corrections_of_a_folder_are_told_apart() {
     let bench = folders("batch-disabled");
-    let off = bench.text("strokes/ring.jsonl").replace("\"enabled\":true", "\"enabled\":false");
+    let off = bench.text("strokes/ring.jsonl");
     let far = r#"{"mode": "parallel", "id": "far", "a": [[900, 900], [901, 900]], "b": [[0, 0], [1, 0]]}"#;
     let off =
         r#"{"mode": "parallel", "id": "off", "enabled": false, "a": [[0, 0], [1, 0]], "b": [[0, 0], [1, 0]]}"#
@@ -82,7 +82,7 @@ fn what_makes_no_sense_for_a_folder_is_refused() {
     let bench = folders("batch-refused");
     bench.refused(
         "correct maps --corrections strokes/ring.jsonl -o out",
-        &["expected one, since the input is a folder"],
+        &["maps: found a folder, expected a file"],
     );
     bench.refused("correct maps --corrections strokes -o out --jobs 0", &["--jobs"]);
     bench.refused("correct maps --corrections strokes -o out --trajectory t.tum", &["--trajectory"]);

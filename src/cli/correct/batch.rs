@@ -60,10 +60,6 @@ pub fn run(args: &Args, options: Options) -> Result<Outcome> {
     if args.trajectory.is_some() {
         return Err(Error::input("--trajectory", "found with a folder of maps, expected a single map"));
     }
-    if !args.corrections.is_dir() {
-        let message = "found no folder, expected one, since the input is a folder";
-        return Err(Error::input(args.corrections.display(), message));
-    }
     let summary_path = args.report.clone().unwrap_or_else(|| output.join("summary.json"));
     report::check(Some(&summary_path))?;
     let (maps, corrections) = (files(&args.input)?, files(&args.corrections)?);

@@ -114,7 +114,7 @@ fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<Outcome> {
-    let is_batch = args.input.is_dir();
+    let is_batch = args.input.is_dir() && args.corrections.is_dir();
     if !is_batch {
         check_outputs(args)?;
         if args.jobs.is_some() {

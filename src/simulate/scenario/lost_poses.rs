@@ -71,9 +71,10 @@ fn drawings() -> Vec<Drawing> {
         Drawing::new(Collinear, south.clone(), south_later.clone()),
         Drawing::new(Perpendicular, south_later, east.clone()),
         Drawing::new(Collinear, north, north_later),
-        Drawing::new(Collinear, west, west_later),
+        Drawing::new(Collinear, west.clone(), west_later),
         Drawing::new(Collinear, east, east_later),
         Drawing::new(Collinear, south, piece("south", [1.1, 2.3], 1)),
+        Drawing::new(Collinear, west, piece("west", [5.6, 6.8], 1)),
     ]
 }
 
