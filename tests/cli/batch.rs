@@ -81,7 +81,7 @@ fn disabled_and_rejected_corrections_of_a_folder_are_told_apart() {
 fn what_makes_no_sense_for_a_folder_is_refused() {
     let bench = folders("batch-refused");
     bench.refused(
-        "correct maps --corrections strokes/ring.jsonl -o out",
+        "correct maps --corrections strokes/ring.jsonl -o out.npz",
         &["maps: found a folder, expected a file"],
     );
     bench.refused("correct maps --corrections strokes -o out --jobs 0", &["--jobs"]);

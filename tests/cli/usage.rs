@@ -58,7 +58,7 @@ fn wrong_values_of_flags_are_named_with_the_flag() {
     for (arguments, found) in [
         ("correct run/map.npz", "--corrections <C.jsonl>, --output <OUT>: found nothing"),
         ("frobnicate", "command: found 'frobnicate', expected one that `hitl help` lists"),
-        ("imprt a.log", "command: found 'imprt', import or one that"),
+        ("imprt a.log", "command: found 'imprt', expected export, import or one that"),
         ("simulate spiral -o x", "<SCENARIO>: found 'spiral', expected one of loop, campus"),
         ("simulate loop --drift -1 -o x", "drift: found -1, expected"),
         ("simulate loop --drift nan -o x", "drift: found NaN, expected"),
