@@ -20,6 +20,7 @@ pub mod particle_filter;
 pub mod random;
 pub mod successive;
 pub mod transition_map;
+mod visits;
 pub mod walk;
 pub mod weights;
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::genealogy::Genealogy;
 use super::hex::{Cell, Hexagon};
-use super::history::{Archive, CROSSINGS_PER_STEP, Tail};
+use super::history::{Archive, CROSSINGS_PER_STEP, Past, Piece, Tail};
 use super::layout::Layout;
 use super::motion::{ErrorState, MeasuredStep, Sigmas};
 use super::options::Options;
@@ -49,7 +49,7 @@ struct Block {
     weights: Vec<f32>,
     evidence: Vec<f32>,
     tails: Vec<Tail>,
-    chunks: Vec<Vec<u32>>,
+    pasts: Vec<Past>,
 }
 
 /// All particles of a walker.
@@ -121,12 +121,16 @@ impl<'a> ParticleFilter<'a> {
         self.log_evidence += (sums.weight / count as f64).ln();
         self.rescale = (count as f64 / sums.weight) as f32;
         for block in &mut self.blocks {
-            for (chunks, tail) in block.chunks.iter_mut().zip(&mut block.tails) {
-                self.archive.flush(&self.setting.layout, chunks, tail);
+            for (past, tail) in block.pasts.iter_mut().zip(&mut block.tails) {
+                self.archive.flush(&self.setting.layout, past, tail);
             }
         }
         if may_resample && sums.effective() < self.setting.options.resample_below * count as f64 {
             self.resample(&sums, key.uniform(RESAMPLING_WORD));
+            if self.archive.wants_tidying() {
+                let mut pasts: Vec<&mut Past> = self.blocks.iter_mut().flat_map(|b| &mut b.pasts).collect();
+                self.archive.tidy(&self.setting.layout, &mut pasts);
+            }
         }
         sums
     }
@@ -147,9 +151,6 @@ impl<'a> ParticleFilter<'a> {
             self.spare.iter_mut().enumerate().for_each(gather);
         }
         std::mem::swap(&mut self.blocks, &mut self.spare);
-        if self.archive.wants_sweep() {
-            self.archive.sweep(self.blocks.iter_mut().flat_map(|b| b.chunks.iter_mut()));
-        }
         self.parents = parents;
         self.rescale = 1.0;
         self.resamplings += 1;
@@ -184,11 +185,14 @@ impl<'a> ParticleFilter<'a> {
     pub fn add_to(&self, map: &mut TransitionMap) {
         let sum: f64 = self.blocks.iter().flat_map(|b| &b.weights).map(|&w| f64::from(w)).sum();
         let particles = self.blocks.iter().flat_map(|b| {
-            b.weights.iter().zip(&b.chunks).zip(&b.tails).map(move |((&weight, chunks), tail)| {
-                (TransitionMap::fixed(f64::from(weight) / sum), chunks.as_slice(), tail)
+            b.weights.iter().zip(&b.pasts).zip(&b.tails).map(move |((&weight, past), tail)| {
+                (TransitionMap::fixed(f64::from(weight) / sum), past, tail)
             })
         });
-        self.archive.pieces(particles, |ids, fixed| map.add_ids(ids, fixed));
+        self.archive.sum_up(particles, &mut |piece| match piece {
+            Piece::Path(ids, fixed) => map.add_ids(ids, fixed),
+            Piece::Edge(id, edge, fixed) => map.add_edge(id, edge, fixed),
+        });
     }
 }
 
@@ -207,7 +211,7 @@ impl Block {
             block.offsets.push(offset);
             block.errors.push(ErrorState::draw(&sigmas, heading_sigma, [c, d, e]));
             block.tails.push(Tail::new(setting.layout.id(cell)));
-            block.chunks.push(Vec::new());
+            block.pasts.push(Past::default());
         }
         block
     }
@@ -242,11 +246,11 @@ impl Block {
         let (layout, norm) = (&setting.layout, setting.options.norm_factor() as f32);
         let (alpha, alphas) = (setting.options.alpha as f32, (6.0 * setting.options.alpha) as f32);
         for i in 0..count {
-            let (tail, chunks) = (&mut self.tails[i], self.chunks[i].as_slice());
+            let (tail, past) = (&mut self.tails[i], &self.pasts[i]);
             let mut factor = rescale;
             let cross = |cell: Cell, edge: usize| {
                 let to = layout.id(cell.across(edge));
-                let (at_edge, at_cell) = archive.counts(layout, chunks, tail, to);
+                let (at_edge, at_cell) = archive.counts(layout, past, tail, edge, to);
                 let (edge_prior, cell_prior) = match setting.prior {
                     Some(prior) => prior.at(layout.id(cell), edge),
                     None => (alpha, alphas),
@@ -272,8 +276,8 @@ impl Block {
             self.evidence[i] = block.evidence[p] + block.weights[p].ln();
             self.weights[i] = 1.0;
             self.tails[i].copy_from(&block.tails[p]);
-            if !(block.chunks[p].is_empty() && self.chunks[i].is_empty()) {
-                self.chunks[i].clone_from(&block.chunks[p]);
+            if !(block.pasts[p].is_empty() && self.pasts[i].is_empty()) {
+                self.pasts[i].clone_from(&block.pasts[p]);
             }
         }
     }

@@ -48,6 +48,11 @@ impl TransitionMap {
         }
     }
 
+    /// Adds crossings of edge 0, 1 or 2 of the cell of that id.
+    pub fn add_edge(&mut self, id: u16, edge: usize, fixed: u64) {
+        self.counts[id as usize][edge] += fixed;
+    }
+
     /// Expected number of crossings of `edge` of `cell`.
     pub fn count(&self, cell: Cell, edge: usize) -> f64 {
         let (cell, edge) = if edge < 3 { (cell, edge) } else { (cell.across(edge), opposite(edge)) };
