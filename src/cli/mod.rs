@@ -7,6 +7,7 @@ use hitl_slam::error::{Error, Result};
 
 mod correct;
 mod evaluate;
+mod feetslam;
 mod import;
 mod info;
 mod load;
@@ -31,6 +32,7 @@ enum Command {
     Evaluate(evaluate::Args),
     Render(render::Args),
     Simulate(simulate::Args),
+    Feetslam(feetslam::Args),
 }
 
 /// How a job ended that did not fail.
@@ -71,5 +73,6 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Feetslam(args) => feetslam::run(&args),
     }
 }

@@ -10,7 +10,10 @@ pub mod relations;
 mod source;
 pub mod stfs;
 mod text;
+pub mod transition_map;
 pub mod tum;
+pub mod walk;
+pub mod walls;
 
 use std::path::Path;
 

@@ -55,6 +55,12 @@ impl Layout {
         Ok(Layout::new(columns as usize, rows as usize, corner))
     }
 
+    /// True if a world point lies in the window itself, not only in its wrapped copies.
+    pub fn contains(&self, grid: &HexGrid, world: Vec2) -> bool {
+        let cell = grid.cell_at(world);
+        self.cell(self.id(cell)) == cell
+    }
+
     /// Number of cells.
     pub fn len(&self) -> usize {
         1 << (self.column_bits + self.row_bits)

@@ -7,16 +7,20 @@
 //!
 //! Metres, radians, seconds. Everything follows from the walks, the options and the seed, at any number of threads.
 
+pub mod align;
 pub mod feetslam;
 pub mod footslam;
 mod genealogy;
 pub mod grid;
 pub mod hex;
 mod history;
+mod hough;
 mod layout;
+pub mod metrics;
 pub mod motion;
 mod options;
 pub mod particle_filter;
+pub mod picture;
 pub mod random;
 pub mod successive;
 pub mod transition_map;

@@ -4,6 +4,7 @@
 //! start; its final maps are the priors of iteration 0 at the next end. The drift of a short distance is small, so the
 //! map is right near the start, and holds the walks together from there on.
 
+use super::align;
 use super::feetslam::{FallBack, Group, Snapshot};
 use super::footslam::Estimate;
 use super::options::{Options, Start};
@@ -50,6 +51,8 @@ pub struct Outcome {
     pub fall_back: Option<FallBack>,
     /// Where each walker was taken to start.
     pub starts: Vec<Start>,
+    /// Who gave to the total map; walkers whose start could not be found are mapped alone.
+    pub takes_part: Vec<bool>,
 }
 
 impl Ends {
@@ -86,13 +89,17 @@ impl Ends {
     }
 }
 
-/// Runs a mode on walks that all start alike.
+/// How well the start of an aligned walker is known: metres per axis, radians.
+const ALIGNED_SIGMAS: (f64, f64) = (0.3, 0.035);
+
+/// Runs a mode on walks that all start alike, or, if `unknown_starts`, anywhere: `start` is then the first walker's.
 ///
 /// # Errors
 /// [`Error::Input`] for walks, options or ends that make no sense.
 pub fn run(
     walks: &[Walk],
     start: Start,
+    unknown_starts: bool,
     mode: &Mode,
     options: &Options,
     observe: &mut dyn FnMut(&Snapshot),
@@ -107,6 +114,15 @@ pub fn run(
         }
     };
     let mut group = Group::new(walks, start, options)?;
+    if unknown_starts {
+        let alignment = align::find_starts(walks, start, options)?;
+        group.move_starts(&alignment.starts);
+        for moved in &mut group.starts[1..] {
+            (moved.position_sigma_m, moved.heading_sigma_rad) = ALIGNED_SIGMAS;
+        }
+        group.takes_part = alignment.placed;
+        group.particle_steps += alignment.particle_steps;
+    }
     let (mut total, mut change, mut iterations) = (None, 1.0, 0);
     for (round, steps) in cuts.iter().enumerate() {
         iterations = group.round(round, 0, steps, &mut |snapshot: &Snapshot| {
@@ -126,5 +142,6 @@ pub fn run(
         particle_steps: group.particle_steps,
         fall_back: group.fall_back,
         starts: group.starts,
+        takes_part: group.takes_part,
     })
 }

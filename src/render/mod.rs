@@ -20,4 +20,4 @@ pub use map_picture::{MapPictureOptions, before_after, map};
 pub use plot::{Mark, Plot, Series};
 pub use scene::{Anchor, Colour, Item, Layer, Picture, PixelRect};
 pub use text::text_width_px;
-pub use viewport::WorldRect;
+pub use viewport::{Viewport, WorldRect};
