@@ -22,6 +22,9 @@ use crate::geometry::{Pose2, Vec2, wrap_angle};
 
 /// Share of its own evidence (against itself) that a walker must reach.
 const ENOUGH: f64 = 0.55;
+/// Hexagons on which candidates are compared, and on which the best are refined: walkers' own maps are bent by a metre
+/// or two, which finer ones would not forgive. Metres.
+const RADII_M: [f64; 2] = [1.5, 0.75];
 /// Paths of a walker that are drawn: the posterior's spread smooths the evidence.
 const PATHS: usize = 8;
 /// Candidates that are refined.
@@ -73,8 +76,10 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         own.push(shape);
     }
 
-    let grid = HexGrid { radius_m: options.hex_radius_m, angle_rad: 0.1, origin: start.pose.translation() };
+    let grids =
+        RADII_M.map(|radius_m| HexGrid { radius_m, angle_rad: 0.1, origin: start.pose.translation() });
     for shape in &mut own {
+        let grid = grids[0];
         let layout = Layout::around(&grid, shape.paths.iter().flatten().copied())?;
         let map = drawn(&grid, layout, &shape.paths, Pose2::IDENTITY);
         shape.own_evidence = evidence(&map, &map, options.alpha);
@@ -96,7 +101,7 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
             .collect();
         let open: Vec<usize> = (0..walks.len()).filter(|&j| !alignment.placed[j]).collect();
         let fits: Vec<Result<(f64, Pose2)>> =
-            open.par_iter().map(|&j| best_motion(&placed, &own[j], &grid, options.alpha)).collect();
+            open.par_iter().map(|&j| best_motion(&placed, &own[j], &grids, options.alpha)).collect();
         let mut best: Option<(f64, usize)> = None;
         for (&j, fit) in open.iter().zip(fits) {
             let (support, motion) = fit?;
@@ -113,30 +118,37 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
 }
 
 /// The motion of a shape onto placed paths with the greatest evidence, over that against itself.
-fn best_motion(placed: &[Vec<Vec2>], shape: &Shape, grid: &HexGrid, alpha: f64) -> Result<(f64, Pose2)> {
+fn best_motion(
+    placed: &[Vec<Vec2>],
+    shape: &Shape,
+    grids: &[HexGrid; 2],
+    alpha: f64,
+) -> Result<(f64, Pose2)> {
     let fixed: Vec<&[Vec2]> = placed.iter().step_by(PATHS).map(Vec::as_slice).collect();
     let moving = &shape.paths[0];
-    let layout = Layout::around(grid, placed.iter().flatten().copied())?;
-    let map = drawn(grid, layout, placed, Pose2::IDENTITY);
-    let score = |motion: Pose2| {
-        let inside = |p: &Vec2| layout.contains(grid, motion.transform_point(*p));
-        // A motion far outside would wrap around the window.
-        match shape.paths[0].iter().all(inside) {
-            true => evidence(&map, &drawn(grid, layout, &shape.paths, motion), alpha),
-            false => f64::NEG_INFINITY,
-        }
+    let mut boards = Vec::new();
+    for grid in grids {
+        let layout = Layout::around(grid, placed.iter().flatten().copied())?;
+        boards.push((*grid, layout, drawn(grid, layout, placed, Pose2::IDENTITY)));
+    }
+    let score = |board: &(HexGrid, Layout, TransitionMap), motion: Pose2| {
+        evidence(&board.2, &drawn(&board.0, board.1, &shape.paths, motion), alpha)
     };
-    let mut candidates: Vec<(f64, Pose2)> =
-        hough::candidates(&fixed, &[moving]).into_iter().map(|motion| (score(motion), motion)).collect();
+    let mut candidates: Vec<(f64, Pose2)> = hough::candidates(&fixed, &[moving])
+        .into_iter()
+        .map(|motion| (score(&boards[0], motion), motion))
+        .collect();
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut best = (f64::NEG_INFINITY, Pose2::IDENTITY);
     for &(value, motion) in candidates.iter().take(REFINED) {
-        let refined = refine(value, motion, moving, &score);
+        let refined = refine(value, motion, moving, &|m| score(&boards[0], m));
         if refined.0 > best.0 {
             best = refined;
         }
     }
-    Ok((best.0 / shape.own_evidence.max(1.0), best.1))
+    let (value, motion) = best;
+    let (_, motion) = refine(score(&boards[1], motion), motion, moving, &|m| score(&boards[1], m));
+    Ok((value / shape.own_evidence.max(1.0), motion))
 }
 
 /// Coordinate search around a motion; turns are about the middle of the path, so that they do not move it away.
@@ -176,7 +188,10 @@ fn drawn(grid: &HexGrid, layout: Layout, paths: &[Vec<Vec2>], motion: Pose2) -> 
     let mut map = TransitionMap::new(*grid, layout);
     for path in paths {
         let moved: Vec<Vec2> = path.iter().map(|p| motion.transform_point(*p)).collect();
-        map.add_path(&moved, 1.0 / PATHS as f64);
+        // What lies outside the window would wrap around it; there is nothing there to compare with.
+        for part in moved.split(|p| !layout.contains(grid, *p)) {
+            map.add_path(part, 1.0 / PATHS as f64);
+        }
     }
     map
 }

@@ -150,7 +150,8 @@ impl<'a> Group<'a> {
         for iteration in first..=last {
             let grid = self.grid(round, iteration, steps);
             let layout = Layout::around(&grid, self.tracks.iter().flatten().copied())?;
-            let priors = self.priors(iteration, &grid, layout);
+            let froms: Vec<usize> = (0..steps.len()).map(|j| self.window_start(round, j, steps[j])).collect();
+            let priors = self.priors(iteration, &grid, layout, &froms);
             let exchange =
                 matches!(self.options.grid, GridChoice::Regrid) || iteration == last || iteration == 0;
             self.latest = self.passes(
@@ -161,8 +162,8 @@ impl<'a> Group<'a> {
                 &priors,
                 exchange || self.fall_back.is_some(),
             );
-            self.particle_steps +=
-                steps.iter().map(|&s| s as u64).sum::<u64>() * self.options.particles as u64;
+            let run: usize = steps.iter().zip(&froms).map(|(&to, &from)| to - from).sum();
+            self.particle_steps += (run * self.options.particles) as u64;
 
             let mut total = TransitionMap::new(grid, layout);
             self.latest
@@ -228,7 +229,13 @@ impl<'a> Group<'a> {
     }
 
     /// What each walker is told by the others; `None` where there is nothing to tell.
-    fn priors(&self, iteration: usize, grid: &HexGrid, layout: Layout) -> Vec<Option<Prior>> {
+    fn priors(
+        &self,
+        iteration: usize,
+        grid: &HexGrid,
+        layout: Layout,
+        froms: &[usize],
+    ) -> Vec<Option<Prior>> {
         if self.latest.is_empty() || (self.walks.len() == 1 && !self.options.own_map_in_prior) {
             return self.walks.iter().map(|_| None).collect();
         }
@@ -252,17 +259,38 @@ impl<'a> Group<'a> {
             _ => self.options.gain,
         };
         let with_own = self.options.own_map_in_prior && iteration == 0;
-        let prior = |(map, &takes_part): (&TransitionMap, &bool)| {
-            if !takes_part {
+        let prior = |(j, map): (usize, &TransitionMap)| {
+            if !self.takes_part[j] {
                 return None;
             }
             let mut others = total.clone();
             if !with_own {
                 others.subtract(map);
+                others.add_path(&self.frozen(j, froms[j]), 1.0);
             }
             Some(Prior::new(&others, gain, self.options.alpha))
         };
-        maps.par_iter().zip(&self.takes_part).map(prior).collect()
+        maps.par_iter().enumerate().map(prior).collect()
+    }
+
+    /// The step from which on a walker is run again: 0, or what the sliding window leaves.
+    fn window_start(&self, round: usize, j: usize, steps: usize) -> usize {
+        let (Some(window_m), Some(before)) =
+            (self.options.window_m.filter(|_| round > 0), self.latest.get(j))
+        else {
+            return 0;
+        };
+        let lengths = self.walks[j].lengths_m();
+        let from_m = lengths[..steps].last().map_or(0.0, |l| l - window_m);
+        lengths.iter().take_while(|&&l| l <= from_m).count().min(before.mean.len() - 1)
+    }
+
+    /// The part of a walker's path that the sliding window leaves as it was, its last point being the new start.
+    fn frozen(&self, j: usize, from: usize) -> Vec<Vec2> {
+        match self.latest.get(j) {
+            Some(before) if from > 0 => before.mean[..=from].iter().map(|p| p.translation()).collect(),
+            _ => Vec::new(),
+        }
     }
 
     /// Runs every walker.
@@ -277,9 +305,15 @@ impl<'a> Group<'a> {
     ) -> Vec<Estimate> {
         let root = Key::new(self.options.seed);
         let one = |(j, walk): (usize, &Walk)| {
-            footslam::run(&Pass {
-                steps: &walk.steps[..steps[j]],
-                start: self.starts[j],
+            let from = self.window_start(round, j, steps[j]);
+            let mut start = self.starts[j];
+            if from > 0 {
+                start.pose = self.latest[j].mean[from];
+                start.position_sigma_m = self.latest[j].sigma_m[from].max(start.position_sigma_m);
+            }
+            let estimate = footslam::run(&Pass {
+                steps: &walk.steps[from..steps[j]],
+                start,
                 grid,
                 layout,
                 prior: priors[j].as_ref(),
@@ -288,7 +322,11 @@ impl<'a> Group<'a> {
                 key: root.named(&walk.name).with(round as u64).with(iteration as u64),
                 sampled_paths: if exchange { EXCHANGED_PATHS.min(self.options.particles) } else { 0 },
                 parallel: self.walks.len() < 2 * rayon::current_num_threads(),
-            })
+            });
+            match from {
+                0 => estimate,
+                _ => estimate.after(&self.latest[j], from),
+            }
         };
         self.walks.par_iter().enumerate().map(one).collect()
     }

@@ -52,6 +52,22 @@ pub struct Estimate {
     pub resamplings: usize,
 }
 
+impl Estimate {
+    /// This estimate of the end of a walk, behind the first `from` steps of an earlier one.
+    pub(super) fn after(mut self, earlier: &Estimate, from: usize) -> Estimate {
+        let frozen: Vec<Vec2> = earlier.mean[..=from].iter().map(|p| p.translation()).collect();
+        self.map.add_path(&frozen, 1.0);
+        let behind = |path: &mut Vec<Vec2>| {
+            path.splice(0..0, frozen[..from].iter().copied());
+        };
+        self.sampled_paths.iter_mut().for_each(behind);
+        self.best.splice(0..0, earlier.best[..from].iter().copied());
+        self.mean.splice(0..0, earlier.mean[..from].iter().copied());
+        self.sigma_m.splice(0..0, earlier.sigma_m[..from].iter().copied());
+        self
+    }
+}
+
 /// Runs the filter over a walk.
 pub fn run(pass: &Pass) -> Estimate {
     let heading_rad = pass.start.pose.theta_rad;

@@ -7,11 +7,11 @@ use super::hex::{Cell, HexGrid};
 use crate::error::{Error, Result};
 use crate::geometry::Vec2;
 
-/// Ids must leave one value free for "no cell".
-const MAX_CELLS: usize = 1 << 15;
-/// Room for drift around the dead reckoning: metres, and share of the extent.
-const MARGIN_M: f64 = 8.0;
-const MARGIN_SHARE: f64 = 0.15;
+/// 16 bits. The last id, a corner of the margin, also means "no cell".
+const MAX_CELLS: usize = 1 << 16;
+/// Room around the dead reckoning: metres, and share of the extent.
+const MARGIN_M: f64 = 4.0;
+const MARGIN_SHARE: f64 = 0.05;
 
 /// A window of columns × rows cells; column of a cell = q + ⌊r/2⌋.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ impl Layout {
     /// A window around world points, with room for drift.
     ///
     /// # Errors
-    /// [`Error::Input`] if it would need more than 32,768 cells.
+    /// [`Error::Input`] if it would need more than 65,536 cells.
     pub fn around(grid: &HexGrid, points: impl IntoIterator<Item = Vec2>) -> Result<Layout> {
         let (mut low, mut high) = (Vec2::zeros(), Vec2::zeros());
         for p in points {

@@ -8,7 +8,7 @@ use crate::geometry::{Segment, Vec2};
 use crate::pedestrian::random::Key;
 
 /// Places that people go to.
-const PLACES: usize = 6;
+const PLACES: usize = 4;
 /// Walks start and turn round at least this far apart, metres.
 const APART_M: f64 = 12.0;
 /// Standard deviation of the heading drift of a walker, degrees per minute.

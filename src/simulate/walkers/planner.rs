@@ -7,8 +7,10 @@ use crate::geometry::{Segment, Vec2};
 
 /// Side of a raster cell, metres.
 const CELL_M: f64 = 0.25;
-/// People keep this far from walls, metres.
-const BODY_M: f64 = 0.3;
+/// Cells must be this many from the nearest wall: people fit through a door of 0.9 m.
+const BODY_CELLS: u16 = 2;
+/// Inside a building there is a wall within so many cells in so many of eight directions.
+const ENCLOSED: (usize, usize) = (80, 7);
 /// Nearer to a wall than this a way costs more, metres.
 const COMFORT_M: f64 = 1.0;
 
@@ -167,32 +169,45 @@ impl Planner {
         }
     }
 
-    /// The largest connected part of the cells with room for a body, not counting what is connected to the outside.
+    /// True if there are walls around a cell.
+    fn is_enclosed(&self, cell: usize) -> bool {
+        let (far, enough) = ENCLOSED;
+        let (column, row) = ((cell % self.columns) as isize, (cell / self.columns) as isize);
+        let sees_wall = |k: &isize| {
+            let (dx, dy) = (k % 3 - 1, k / 3 - 1);
+            (1..far as isize).any(|n| {
+                let (x, y) = (column + n * dx, row + n * dy);
+                let inside = x >= 0 && y >= 0 && x < self.columns as isize && y < self.rows as isize;
+                inside && self.clearance[y as usize * self.columns + x as usize] == 0
+            })
+        };
+        (0..9).filter(|k| *k != 4).filter(sees_wall).count() >= enough
+    }
+
+    /// The largest connected part of the enclosed cells with room for a body.
     fn find_free_space(&mut self) {
-        let needed = (BODY_M / CELL_M).ceil() as u16 + 1;
+        let open: Vec<bool> = (0..self.clearance.len())
+            .map(|cell| self.clearance[cell] >= BODY_CELLS && self.is_enclosed(cell))
+            .collect();
         let mut seen = vec![false; self.clearance.len()];
         let mut best = Vec::new();
         for seed in 0..self.clearance.len() {
-            if seen[seed] || self.clearance[seed] < needed {
+            if seen[seed] || !open[seed] {
                 continue;
             }
             let (mut part, mut next) = (vec![seed], 0);
-            let mut touches_border = false;
             seen[seed] = true;
             while next < part.len() {
                 let cell = part[next];
                 next += 1;
-                let (column, row) = (cell % self.columns, cell / self.columns);
-                touches_border |=
-                    column == 0 || row == 0 || column + 1 == self.columns || row + 1 == self.rows;
                 for (near, _) in self.neighbours(cell) {
-                    if !seen[near] && self.clearance[near] >= needed {
+                    if !seen[near] && open[near] {
                         seen[near] = true;
                         part.push(near);
                     }
                 }
             }
-            if !touches_border && part.len() > best.len() {
+            if part.len() > best.len() {
                 best = part;
             }
         }
