@@ -12,6 +12,8 @@ mod laws;
 mod layering;
 /// Errors of trajectories and maps, against naive twins.
 mod metrics;
+/// FootSLAM, FeetSLAM and what belongs to them.
+mod pedestrian;
 /// The whole pipeline on simulated maps.
 mod pipeline;
 /// Pictures: what is drawn where, and the same bytes every time.

@@ -18,10 +18,14 @@ use super::options::{Options, Start};
 use super::transition_map::TransitionMap;
 use super::walk::Walk;
 use crate::error::Result;
-use crate::geometry::{Pose2, Vec2, wrap_angle};
+use crate::geometry::{Pose2, Vec2, angle_diff, wrap_angle};
 
 /// Share of its own evidence (against itself) that a walker must reach.
 const ENOUGH: f64 = 0.55;
+/// A second place with more than this share of the best one's evidence makes the best one a guess.
+const AMBIGUOUS: f64 = 0.95;
+/// Places are different if they are this far apart, metres or radians.
+const DIFFERENT: (f64, f64) = (3.0, 0.25);
 /// Hexagons on which candidates are compared, and on which the best are refined: walkers' own maps are bent by a metre
 /// or two, which finer ones would not forgive. Metres.
 const RADII_M: [f64; 2] = [1.5, 0.75];
@@ -40,7 +44,7 @@ pub struct Alignment {
     pub starts: Vec<Pose2>,
     /// Who was placed.
     pub placed: Vec<bool>,
-    /// Evidence over that against itself, per walker; 1 for the first.
+    /// Evidence over that against itself, per walker; 1 for the first, 0 where several places are as good.
     pub support: Vec<f64>,
     /// Particles times steps.
     pub particle_steps: u64,
@@ -139,21 +143,26 @@ fn best_motion(
         .map(|motion| (score(&boards[0], motion), motion))
         .collect();
     candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut best = (f64::NEG_INFINITY, Pose2::IDENTITY);
-    for &(value, motion) in candidates.iter().take(REFINED) {
-        let refined = refine(value, motion, moving, &|m| score(&boards[0], m));
-        if refined.0 > best.0 {
-            best = refined;
-        }
+    let refined = candidates.iter().take(REFINED);
+    let mut refined: Vec<(f64, Pose2)> =
+        refined.map(|&(value, motion)| refine(value, motion, moving, &|m| score(&boards[0], m))).collect();
+    refined.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let Some(&(mut value, motion)) = refined.first() else { return Ok((0.0, Pose2::IDENTITY)) };
+    let middle = middle(moving);
+    let is_other = |other: &Pose2| {
+        let apart = other.transform_point(middle) - motion.transform_point(middle);
+        apart.norm() > DIFFERENT.0 || angle_diff(other.theta_rad, motion.theta_rad).abs() > DIFFERENT.1
+    };
+    if refined.iter().any(|(other, m)| *other > AMBIGUOUS * value && is_other(m)) {
+        value = 0.0;
     }
-    let (value, motion) = best;
     let (_, motion) = refine(score(&boards[1], motion), motion, moving, &|m| score(&boards[1], m));
     Ok((value / shape.own_evidence.max(1.0), motion))
 }
 
 /// Coordinate search around a motion; turns are about the middle of the path, so that they do not move it away.
 fn refine(mut value: f64, mut motion: Pose2, path: &[Vec2], score: &dyn Fn(Pose2) -> f64) -> (f64, Pose2) {
-    let middle = path.iter().sum::<Vec2>() / path.len().max(1) as f64;
+    let middle = middle(path);
     let [mut turn_rad, mut shift_m] = FIRST_STEP;
     for _ in 0..HALVINGS {
         let mut improved = true;
@@ -181,6 +190,10 @@ fn refine(mut value: f64, mut motion: Pose2, path: &[Vec2], score: &dyn Fn(Pose2
         (turn_rad, shift_m) = (turn_rad / 2.0, shift_m / 2.0);
     }
     (value, motion)
+}
+
+fn middle(path: &[Vec2]) -> Vec2 {
+    path.iter().sum::<Vec2>() / path.len().max(1) as f64
 }
 
 /// Paths, moved, as a map; a walker's paths together count once.

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use super::genealogy::Genealogy;
 use super::hex::{Cell, Hexagon};
-use super::history::{Archive, CROSSINGS_PER_STEP, Past, Piece, Tail};
+pub use super::history::CROSSINGS_PER_STEP;
+use super::history::{Archive, Past, Piece, Tail};
 use super::layout::Layout;
 use super::motion::{ErrorState, MeasuredStep, Sigmas};
 use super::options::Options;
