@@ -49,7 +49,7 @@ pub fn read(path: &Path) -> Result<Read<Walk>> {
                 format!("time_s: found {} after {}, expected a later time", step.time_s, before.time_s);
             return Err(lines.error(message));
         }
-        if !(step.length_m() <= LONGEST_STEP_M) {
+        if step.length_m() > LONGEST_STEP_M {
             let found = format!("found a step of {:.1} m", step.length_m());
             return Err(
                 lines.error(format!("{found}, expected at most {LONGEST_STEP_M} m: are steps missing?"))

@@ -22,6 +22,8 @@ use crate::geometry::{Pose2, Vec2, angle_diff, wrap_angle};
 
 /// Share of its own evidence (against itself) that a walker must reach.
 const ENOUGH: f64 = 0.55;
+/// Passes of the map that a walker's own evidence is taken against.
+const MANY: usize = 4;
 /// A second place with more than this share of the best one's evidence makes the best one a guess.
 const AMBIGUOUS: f64 = 0.95;
 /// Places are different if they are this far apart, metres or radians.
@@ -86,7 +88,10 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         let grid = grids[0];
         let layout = Layout::around(&grid, shape.paths.iter().flatten().copied())?;
         let map = drawn(&grid, layout, &shape.paths, Pose2::IDENTITY);
-        shape.own_evidence = evidence(&map, &map, options.alpha);
+        // Against a map of many passes along the same way: what a perfect fit could reach.
+        let mut many = map.clone();
+        (1..MANY).for_each(|_| many.add_map(&map));
+        shape.own_evidence = evidence(&many, &map, options.alpha);
     }
     let mut alignment = Alignment {
         starts: vec![start.pose; walks.len()],

@@ -84,7 +84,9 @@ impl<'a> Group<'a> {
             if walk.steps.is_empty() {
                 return Err(Error::input(&walk.name, "found a walk without steps, expected at least one"));
             }
-            if let Some(step) = walk.steps.iter().find(|s| !(s.length_m() <= longest_m)) {
+            if let Some(step) =
+                walk.steps.iter().find(|s| s.length_m() > longest_m || !s.length_m().is_finite())
+            {
                 let found = format!("found a step of {:.1} m at {} s", step.length_m(), step.time_s);
                 let message =
                     format!("{found}, expected at most {longest_m:.1} m: are steps missing before it?");

@@ -159,22 +159,23 @@ impl Hexagon {
         // Motion along the three edge normals; the smallest t at which a side is reached is the exit.
         let (half_x, high_y) = (0.5 * dx, HALF_SQRT_3 * dy);
         let motion = [dx, half_x + high_y, high_y - half_x];
-        let inverse = motion.map(|v| 1.0 / v);
-        let side = motion.map(|v| self.apothem.copysign(v));
+        // Along a side there is no way out through it: t is infinite, and never a NaN.
+        let is_still = |v: f32| v.abs() < 1e-30;
+        let inverse = motion.map(|v| if is_still(v) { 1.0 } else { 1.0 / v });
+        let side = motion.map(|v| if is_still(v) { f32::INFINITY } else { self.apothem.copysign(v) });
         for _ in 0..limit {
             let (half_x, high_y) = (0.5 * x, HALF_SQRT_3 * y);
             let t0 = (side[0] - x) * inverse[0];
             let t1 = (side[1] - (half_x + high_y)) * inverse[1];
             let t2 = (side[2] - (high_y - half_x)) * inverse[2];
             let (mut t, mut axis) = (t0, 0);
-            // Written so that a NaN (0 · ∞: standing on the line of a side, moving along it) never wins.
-            if !(t <= t1) && t1.is_finite() {
+            if t1 < t {
                 (t, axis) = (t1, 1);
             }
-            if !(t <= t2) && t2.is_finite() {
+            if t2 < t {
                 (t, axis) = (t2, 2);
             }
-            if !(t < 1.0) {
+            if t >= 1.0 {
                 break;
             }
             let edge = axis + if motion[axis] < 0.0 { 3 } else { 0 };

@@ -45,7 +45,7 @@ impl Layout {
         let columns = (size.x / (3f64.sqrt() * grid.radius_m)).ceil() + 2.0;
         let rows = (size.y / (1.5 * grid.radius_m)).ceil() + 2.0;
         let area = (columns.max(8.0).log2().ceil() + rows.max(8.0).log2().ceil()).exp2();
-        if !(area <= MAX_CELLS as f64) {
+        if area > MAX_CELLS as f64 || area.is_nan() {
             let found = format!("found walks over {:.0} m × {:.0} m", high.x - low.x, high.y - low.y);
             let message = format!("{found}, expected at most {MAX_CELLS} hexagons: take larger ones");
             return Err(Error::input("hexagon radius", message));

@@ -241,12 +241,13 @@ impl Block {
             *draw = normals.four(key.word(first + i as u64));
         }
         let (mut motions, mut directions) = ([[0.0; 2]; BLOCK], [[0.0; 2]; BLOCK]);
-        for i in 0..count {
-            (self.errors[i], motions[i], directions[i]) = self.errors[i].step(&sigmas, step, draws[i]);
+        let moved = motions.iter_mut().zip(&mut directions).zip(&draws);
+        for (error, ((motion, direction), draw)) in self.errors.iter_mut().zip(moved) {
+            (*error, *motion, *direction) = error.step(&sigmas, step, *draw);
         }
         let (layout, norm) = (&setting.layout, setting.options.norm_factor() as f32);
         let (alpha, alphas) = (setting.options.alpha as f32, (6.0 * setting.options.alpha) as f32);
-        for i in 0..count {
+        for (i, &motion) in motions[..count].iter().enumerate() {
             let (tail, past) = (&mut self.tails[i], &self.pasts[i]);
             let mut factor = rescale;
             let cross = |cell: Cell, edge: usize| {
@@ -261,7 +262,7 @@ impl Block {
             };
             let hexagon = &setting.hexagon;
             (self.cells[i], self.offsets[i]) =
-                hexagon.walk(self.cells[i], self.offsets[i], motions[i], CROSSINGS_PER_STEP, cross);
+                hexagon.walk(self.cells[i], self.offsets[i], motion, CROSSINGS_PER_STEP, cross);
             self.weights[i] *= factor;
         }
         let positions = self.positions(&setting.hexagon);

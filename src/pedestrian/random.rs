@@ -86,7 +86,7 @@ impl Normals {
         // Walk up the cumulative distribution; between bin edges z_k and z_{k+1}, E[z] = 256 (φ(z_k) − φ(z_{k+1})).
         let mut quantiles = [0.0; 256];
         let (mut z, mut below, mut edge_density) = (-9.0, 0.0, 0.0);
-        for k in 0..255 {
+        for (k, quantile) in quantiles[..255].iter_mut().enumerate() {
             let wanted = (k + 1) as f64 / 256.0;
             loop {
                 let slice = STEP * density(z + STEP / 2.0);
@@ -97,7 +97,7 @@ impl Normals {
                 z += STEP;
             }
             let here = density(z + (wanted - below) / density(z));
-            quantiles[k] = 256.0 * (edge_density - here);
+            *quantile = 256.0 * (edge_density - here);
             edge_density = here;
         }
         quantiles[255] = 256.0 * edge_density;

@@ -121,9 +121,9 @@ fn random_steps(seed: u64, count: usize) -> Vec<Step> {
     let mut dice = Dice::new(seed);
     let step = |k: usize| Step {
         time_s: k as f64,
-        forward_m: if k % 17 == 0 { 0.0 } else { dice.between(0.2, 1.4) },
-        left_m: if k % 17 == 0 { 0.0 } else { dice.normal(0.05) },
-        turn_rad: if k % 9 == 0 { dice.between(-2.0, 2.0) } else { 0.0 },
+        forward_m: if k.is_multiple_of(17) { 0.0 } else { dice.between(0.2, 1.4) },
+        left_m: if k.is_multiple_of(17) { 0.0 } else { dice.normal(0.05) },
+        turn_rad: if k.is_multiple_of(9) { dice.between(-2.0, 2.0) } else { 0.0 },
     };
     (0..count).map(step).collect()
 }

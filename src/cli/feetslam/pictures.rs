@@ -17,6 +17,9 @@ use crate::cli::picture;
 const ITERATIONS: usize = 4;
 const WIDTH_PX: u32 = 1000;
 
+/// Which of a point's errors to draw.
+type ErrorOf = fn(&Point) -> f64;
+
 /// Maps kept on the way.
 #[derive(Default)]
 pub struct Gallery {
@@ -83,7 +86,7 @@ impl Gallery {
             picture::write(&folder.join(file), &hexes(title, maps, paths))?;
         }
         if report.walkers.iter().any(|w| !w.points.is_empty()) {
-            let kinds: [(&str, &str, fn(&Point) -> f64); 3] = [
+            let kinds: [(&str, &str, ErrorOf); 3] = [
                 ("errors-mean.png", "weighted mean", |p| p.error_mean_m),
                 ("errors-best.png", "best particle", |p| p.error_m),
                 ("errors-pdr.png", "dead reckoning", |p| p.error_pdr_m),
@@ -97,7 +100,7 @@ impl Gallery {
 }
 
 /// Error over time, a curve per walker.
-fn curves(report: &Report, title: &str, error: fn(&Point) -> f64) -> Plot {
+fn curves(report: &Report, title: &str, error: ErrorOf) -> Plot {
     let series = report.walkers.iter().map(|walker| Series {
         label: if report.walkers.len() <= 8 { walker.name.clone() } else { String::new() },
         points: walker.points.iter().map(|p| [p.stamp, error(p)]).collect(),
