@@ -341,6 +341,9 @@ fn figures() {
 }
 
 fn main() {
+    if std::env::args().any(|a| a == "--figures") {
+        return figures();
+    }
     let started = Instant::now();
     let mut text = String::from(
         "# Results: pedestrians\n\nWritten by `cargo bench --bench pedestrian_results`; every number is from simulated walks (`hitl feetslam simulate`), seeds 1–10, 10,000 particles unless a line says otherwise. Read docs/MATH-pedestrian.md, \"What the aligned grid is\", before quoting any of the small numbers: they come from a straight-corridor prior and not from the map.\n",

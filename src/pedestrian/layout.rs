@@ -9,9 +9,8 @@ use crate::geometry::Vec2;
 
 /// 16 bits. The last id, a corner of the margin, also means "no cell".
 const MAX_CELLS: usize = 1 << 16;
-/// Room around the dead reckoning: metres, and share of the extent.
-const MARGIN_M: f64 = 4.0;
-const MARGIN_SHARE: f64 = 0.05;
+/// Room around the dead reckoning: metres, and share of the extent; the second where the first is too much.
+const MARGINS: [(f64, f64); 2] = [(10.0, 0.2), (4.0, 0.05)];
 
 /// A window of columns × rows cells; column of a cell = q + ⌊r/2⌋.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,9 +23,13 @@ pub struct Layout {
 
 impl Layout {
     /// A window of at least `columns` × `rows` cells (powers of two) from `corner` on.
-    fn new(columns: usize, rows: usize, corner: [i16; 2]) -> Self {
+    fn new(columns: usize, rows: usize, [column, row]: [i16; 2]) -> Self {
         let bits = |n: usize| n.max(8).next_power_of_two().trailing_zeros();
-        Layout { column_bits: bits(columns), row_bits: bits(rows), corner }
+        let (column_bits, row_bits) = (bits(columns), bits(rows));
+        // What the power of two gives on top is shared by both sides.
+        let spare = |bits: u32, needed: usize| ((1_usize << bits).saturating_sub(needed) / 2) as i16;
+        let corner = [column - spare(column_bits, columns), row - spare(row_bits, rows)];
+        Layout { column_bits, row_bits, corner }
     }
 
     /// A window around world points, with room for drift.
@@ -39,20 +42,25 @@ impl Layout {
             let p = grid.to_grid(p);
             (low, high) = (low.inf(&p), high.sup(&p));
         }
-        let margin = Vec2::repeat(MARGIN_M) + (high - low) * MARGIN_SHARE;
-        let (low, high) = (low - margin, high + margin);
-        let size = high - low;
-        let columns = (size.x / (3f64.sqrt() * grid.radius_m)).ceil() + 2.0;
-        let rows = (size.y / (1.5 * grid.radius_m)).ceil() + 2.0;
-        let area = (columns.max(8.0).log2().ceil() + rows.max(8.0).log2().ceil()).exp2();
-        if area > MAX_CELLS as f64 || area.is_nan() {
-            let found = format!("found walks over {:.0} m × {:.0} m", high.x - low.x, high.y - low.y);
-            let message = format!("{found}, expected at most {MAX_CELLS} hexagons: take larger ones");
-            return Err(Error::input("hexagon radius", message));
+        for (margin_m, share) in MARGINS {
+            let margin = Vec2::repeat(margin_m) + (high - low) * share;
+            let (low, high) = (low - margin, high + margin);
+            let columns = ((high.x - low.x) / (3f64.sqrt() * grid.radius_m)).ceil() + 2.0;
+            let rows = ((high.y - low.y) / (1.5 * grid.radius_m)).ceil() + 2.0;
+            if columns.max(rows) > MAX_CELLS as f64 || !columns.is_finite() || !rows.is_finite() {
+                continue;
+            }
+            let corner = grid.shape().locate([low.x as f32, low.y as f32]);
+            let corner = [corner.q + corner.r.div_euclid(2), corner.r];
+            let layout = Layout::new(columns as usize, rows as usize, corner);
+            if layout.len() <= MAX_CELLS {
+                return Ok(layout);
+            }
         }
-        let corner = grid.shape().locate([low.x as f32, low.y as f32]);
-        let corner = [corner.q + corner.r.div_euclid(2), corner.r];
-        Ok(Layout::new(columns as usize, rows as usize, corner))
+        let size = high - low;
+        let found = format!("found walks over {:.0} m × {:.0} m", size.x, size.y);
+        let message = format!("{found}, expected at most {MAX_CELLS} hexagons: take larger ones");
+        Err(Error::input("hexagon radius", message))
     }
 
     /// True if a world point lies in the window itself, not only in its wrapped copies.

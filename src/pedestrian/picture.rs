@@ -6,6 +6,8 @@ use crate::render::{Anchor, Colour, Item, Picture, PixelRect, Viewport, WorldRec
 
 /// Steps of grey: a hexagon's shade says how often its edges were crossed, on a logarithmic scale.
 const SHADES: usize = 8;
+/// Hexagons with fewer expected crossings are not drawn.
+const FAINT: f64 = 0.03;
 const TITLE_PX: f32 = 34.0;
 
 /// What to draw.
@@ -65,7 +67,9 @@ impl HexPicture<'_> {
     }
 
     fn extent(&self) -> WorldRect {
-        let cells = self.maps.iter().flat_map(|(_, map)| map.cells().map(|(cell, _)| map.grid.centre(cell)));
+        let cells = self.maps.iter().flat_map(|(_, map)| {
+            map.cells().filter(|(_, sum)| *sum > FAINT).map(|(cell, _)| map.grid.centre(cell))
+        });
         let walls = self.walls.iter().flat_map(Segment::ends);
         let points = cells.chain(walls).chain(self.paths.iter().flatten().copied());
         let mut corners: Option<(Vec2, Vec2)> = None;
@@ -82,7 +86,7 @@ impl HexPicture<'_> {
 fn hexagons(map: &TransitionMap, view: &Viewport) -> Vec<Item> {
     let most = map.cells().map(|(_, sum)| sum).fold(0.0, f64::max);
     let mut outlines: Vec<Vec<Vec<[f32; 2]>>> = vec![Vec::new(); SHADES];
-    for (cell, sum) in map.cells().filter(|(_, sum)| *sum > 0.01) {
+    for (cell, sum) in map.cells().filter(|(_, sum)| *sum > FAINT) {
         let shade = (1.0 + 99.0 * sum / most).log10() / 2.0;
         let level = ((shade * SHADES as f64) as usize).min(SHADES - 1);
         outlines[level].push(map.grid.corners(cell).map(|p| view.pixel(p)).to_vec());
