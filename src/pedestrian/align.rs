@@ -21,7 +21,7 @@ use crate::error::Result;
 use crate::geometry::{Pose2, Vec2, angle_diff, wrap_angle};
 
 /// Share of its own evidence (against itself) that a walker must reach.
-const ENOUGH: f64 = 0.4;
+const ENOUGH: f64 = 0.55;
 /// Passes of the map that a walker's own evidence is taken against.
 const MANY: usize = 4;
 /// A second place with more than this share of the best one's evidence makes the best one a guess.
