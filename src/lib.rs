@@ -22,6 +22,7 @@ pub mod io;
 pub mod joint;
 pub mod map;
 pub mod metrics;
+pub mod pedestrian;
 pub mod pipeline;
 pub mod render;
 pub mod scan_match;

@@ -24,6 +24,8 @@ mod layering;
 mod metrics;
 /// The committed docs/RESULTS.md keeps its promises.
 mod paper_numbers;
+/// FootSLAM, FeetSLAM and what belongs to them.
+mod pedestrian;
 /// The whole pipeline on simulated maps.
 mod pipeline;
 /// Pictures: what is drawn where, and the same bytes every time.

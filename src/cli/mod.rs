@@ -9,6 +9,7 @@ mod correct;
 mod crosscheck;
 mod evaluate;
 mod export;
+mod feetslam;
 mod import;
 mod inconsistency;
 mod info;
@@ -46,6 +47,7 @@ enum Command {
     Render(render::Args),
     Export(export::Args),
     Simulate(simulate::Args),
+    Feetslam(feetslam::Args),
 }
 
 const FIRST_STEPS: &str = "\
@@ -97,5 +99,6 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Render(args) => render::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Feetslam(args) => feetslam::run(&args),
     }
 }

@@ -33,3 +33,11 @@ pub fn write(path: Option<&Path>, report: &impl serde::Serialize) -> Result<()> 
     }
     io::atomic::write(path, |out| out.write_all(text.as_bytes()))
 }
+
+/// Largest resident memory of this process so far, 10⁶ bytes; `None` where the system does not tell.
+pub fn peak_rss_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    let kibibytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kibibytes * 1024.0 / 1e6)
+}

@@ -5,6 +5,7 @@ pub mod carmen;
 pub mod carmen_log;
 pub mod corrections;
 pub mod detect;
+pub mod floor_plan;
 pub mod g2o;
 pub mod native;
 pub mod occupancy;
@@ -15,7 +16,9 @@ mod source;
 pub mod stfs;
 mod text;
 pub mod toro;
+pub mod transition_map;
 pub mod tum;
+pub mod walk;
 pub mod walls;
 
 use std::path::Path;

@@ -26,4 +26,4 @@ pub use plot::{Mark, Plot, Series};
 pub use scene::{Anchor, Colour, Item, Layer, Picture, PixelRect};
 pub use text::text_width_px;
 pub use tiled::tiled;
-pub use viewport::WorldRect;
+pub use viewport::{Viewport, WorldRect};

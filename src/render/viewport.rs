@@ -12,6 +12,9 @@ pub struct WorldRect {
 }
 
 impl WorldRect {
+    /// Two metres by two around the origin.
+    pub const SQUARE: WorldRect = WorldRect { min: Vec2::new(-1.0, -1.0), max: Vec2::new(1.0, 1.0) };
+
     /// The rectangle between two opposite corners; `None` if it is empty or not finite.
     pub fn new(corner: Vec2, opposite: Vec2) -> Option<Self> {
         let (min, max) = (corner.inf(&opposite), corner.sup(&opposite));
@@ -58,7 +61,7 @@ impl WorldRect {
         let span = (x1 - x0).max(y1 - y0);
         let air = (0.02 * span).max((1.0 - span) / 2.0); // a single pose is shown in a metre of world
         let around = WorldRect::new(Vec2::new(x0 - air, y0 - air), Vec2::new(x1 + air, y1 + air));
-        around.unwrap_or(WorldRect { min: Vec2::new(-1.0, -1.0), max: Vec2::new(1.0, 1.0) })
+        around.unwrap_or(WorldRect::SQUARE)
     }
 }
 

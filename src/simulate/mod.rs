@@ -12,6 +12,7 @@ pub mod ring;
 pub mod route;
 mod scenario;
 pub mod strokes;
+pub mod walkers;
 pub mod world;
 
 use rand_chacha::ChaCha8Rng;

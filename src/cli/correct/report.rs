@@ -4,6 +4,7 @@ use hitl_slam::map::Mode;
 use hitl_slam::pipeline::{self, CorrectionReport, Corrector};
 use serde::Serialize;
 
+use crate::cli::report::peak_rss_mb;
 use crate::cli::tunables::Tunables;
 
 /// The whole report.
@@ -140,12 +141,4 @@ fn stroke(stroke: &pipeline::Stroke) -> Stroke {
         em_rounds: fit.map_or(0, |f| f.rounds),
         em_settled: fit.is_some_and(|f| f.settled),
     }
-}
-
-/// Largest resident memory of this process so far, 10⁶ bytes; `None` where the system does not tell.
-fn peak_rss_mb() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
-    let kibibytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kibibytes * 1024.0 / 1e6)
 }

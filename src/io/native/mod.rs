@@ -9,6 +9,7 @@ mod writer;
 
 pub use reader::read;
 pub use writer::write;
+pub(super) use writer::write_arrays;
 
 /// Version of the layout that is written, and the newest that is read.
 pub const FORMAT_VERSION: i64 = 1;

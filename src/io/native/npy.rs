@@ -9,7 +9,7 @@ const MAX_HEADER_BYTES: usize = 1 << 16;
 const BLOCK_BYTES: usize = 1 << 16;
 
 /// A number type that arrays are written in.
-pub(super) trait Scalar: Copy {
+pub(in crate::io) trait Scalar: Copy {
     /// numpy's name of the type.
     const DESCR: &'static str;
     /// Bytes of one number.
@@ -22,7 +22,7 @@ pub(super) trait Scalar: Copy {
 
 /// A number as read.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Number {
+pub(in crate::io) enum Number {
     Float(f64),
     Integer(i64),
 }

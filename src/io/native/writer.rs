@@ -24,22 +24,34 @@ pub fn write(path: &Path, map: &SlamMap) -> Result<()> {
     }
     let ids: Vec<&str> = map.human_factors.iter().map(|f| f.id.as_str()).collect();
     let ids = serde_json::to_vec(&ids).map_err(|e| Error::Internal(e.to_string()))?;
-    atomic::write_seekable(path, |out| {
-        let mut arrays = Arrays { zip: ZipWriter::new(out) };
+    write_arrays(path, |arrays| {
         arrays.write_graph(map)?;
         arrays.write_points(map)?;
-        arrays.write_human_factors(&map.human_factors, &ids)?;
+        arrays.write_human_factors(&map.human_factors, &ids)
+    })
+}
+
+/// Writes a `.npz` with the arrays that `fill` puts into it.
+pub(in crate::io) fn write_arrays(
+    path: &Path,
+    fill: impl FnOnce(&mut Arrays) -> io::Result<()>,
+) -> Result<()> {
+    atomic::write_seekable(path, |out| {
+        let mut arrays = Arrays { zip: ZipWriter::new(out) };
+        fill(&mut arrays)?;
         arrays.zip.finish()?;
         Ok(())
     })
 }
 
-struct Arrays<'a> {
+/// A `.npz` that is being written.
+pub(in crate::io) struct Arrays<'a> {
     zip: ZipWriter<&'a mut BufWriter<File>>,
 }
 
 impl Arrays<'_> {
-    fn put<T: Scalar>(
+    /// Adds an array; `values` yields as many numbers as `shape` says.
+    pub(in crate::io) fn put<T: Scalar>(
         &mut self,
         name: &str,
         shape: &[usize],

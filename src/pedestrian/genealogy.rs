@@ -1,0 +1,87 @@
+//! Who descends from whom: positions of all particles after each step, and the way back from the last ones.
+//!
+//! One layer per step. Lines that died out are pruned now and then, so that long walks with revisits need little
+//! more than the surviving lines (Jacob, Murray & Rubenthaler 2015).
+
+/// Prune when this many positions are held, and again whenever their number has doubled since.
+const PRUNE_AT: usize = 1 << 21;
+
+#[derive(Debug, Clone, Default)]
+struct Layer {
+    positions: Vec<[f32; 2]>,
+    /// Index of each particle's parent in the layer before; empty: the same index.
+    parents: Vec<u32>,
+}
+
+/// The positions of all ancestors.
+#[derive(Debug, Clone, Default)]
+pub struct Genealogy {
+    layers: Vec<Layer>,
+    held: usize,
+    prune_at: usize,
+}
+
+impl Genealogy {
+    /// Adds the positions after a step; `parents` are indices into the positions added before, empty where particle i
+    /// comes from particle i.
+    pub fn push(&mut self, positions: Vec<[f32; 2]>, parents: Vec<u32>) {
+        self.held += positions.len();
+        self.layers.push(Layer { positions, parents });
+        if self.held > self.prune_at.max(PRUNE_AT) {
+            self.prune();
+            self.prune_at = 2 * self.held;
+        }
+    }
+
+    /// The positions of the ancestors of particle `last`, from the start on.
+    pub fn path(&self, last: usize) -> Vec<[f32; 2]> {
+        let mut path = Vec::with_capacity(self.layers.len());
+        let mut at = last;
+        for layer in self.layers.iter().rev() {
+            path.push(layer.positions[at]);
+            at = layer.parents.get(at).map_or(at, |&p| p as usize);
+        }
+        path.reverse();
+        path
+    }
+
+    fn prune(&mut self) {
+        for k in (1..self.layers.len()).rev() {
+            let (before, rest) = self.layers.split_at_mut(k);
+            let (parent_layer, layer) = (&mut before[k - 1], &mut rest[0]);
+            let mut new_index = vec![u32::MAX; parent_layer.positions.len()];
+            let count = layer.positions.len();
+            if layer.parents.is_empty() && count == parent_layer.positions.len() {
+                continue;
+            }
+            let parent_of = |i: usize| layer.parents.get(i).map_or(i, |&p| p as usize);
+            for i in 0..count {
+                new_index[parent_of(i)] = 0;
+            }
+            let mut kept = 0;
+            for (old, index) in new_index.iter_mut().enumerate() {
+                if *index == 0 {
+                    *index = kept as u32;
+                    parent_layer.positions[kept] = parent_layer.positions[old];
+                    if !parent_layer.parents.is_empty() {
+                        parent_layer.parents[kept] = parent_layer.parents[old];
+                    }
+                    kept += 1;
+                }
+            }
+            let parents = (0..count).map(|i| new_index[parent_of(i)]).collect();
+            layer.parents = parents;
+            // A layer whose parents were "the same index" keeps that meaning only while it is whole.
+            let whole = parent_layer.positions.len();
+            if parent_layer.parents.is_empty() && kept < whole {
+                let old_of_kept = (0..whole).filter(|&old| new_index[old] != u32::MAX);
+                parent_layer.parents = old_of_kept.map(|old| old as u32).collect();
+            }
+            parent_layer.positions.truncate(kept);
+            parent_layer.parents.truncate(kept);
+            parent_layer.positions.shrink_to_fit();
+            parent_layer.parents.shrink_to_fit();
+        }
+        self.held = self.layers.iter().map(|l| l.positions.len()).sum();
+    }
+}

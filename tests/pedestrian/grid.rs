@@ -1,0 +1,130 @@
+//! The direction of the grid, the bends that forbid it, and walks whose start is unknown.
+
+use hitl_slam::geometry::{Pose2, Vec2};
+use hitl_slam::pedestrian::align::{evidence, find_starts, ln_gamma};
+use hitl_slam::pedestrian::grid::{group_direction, harmful_bend};
+use hitl_slam::pedestrian::hex::HexGrid;
+use hitl_slam::pedestrian::random::Key;
+use hitl_slam::pedestrian::{Layout, Options, Start, TransitionMap};
+use hitl_slam::simulate::walkers::{Route, gait};
+
+use crate::support::Dice;
+
+/// Tracks of six walkers: 4 m down, `first_m` along, then on at an angle, each with its own drift.
+fn tracks(bend_deg: f64, seed: u64) -> Vec<Vec<Vec2>> {
+    let mut dice = Dice::new(seed);
+    let walker = |_| {
+        let rate = dice.normal(0.002);
+        let (mut at, mut error, mut track) = (Vec2::zeros(), 0.0, vec![Vec2::zeros()]);
+        for k in 0..60 {
+            let heading = if k < 6 {
+                -90.0_f64
+            } else if k < 26 {
+                0.0
+            } else {
+                bend_deg
+            };
+            error += rate * 0.7 + dice.normal(0.001);
+            let (s, c) = (heading.to_radians() + error).sin_cos();
+            at += Vec2::new(c, s) * 0.7;
+            track.push(at);
+        }
+        track
+    };
+    (0..6).map(walker).collect()
+}
+
+#[test]
+fn the_group_direction_is_that_of_the_corridor_modulo_a_right_angle() {
+    for turn in [-0.6, 0.0, 0.3, 0.7] {
+        let turn_pose = Pose2::new(0.0, 0.0, turn);
+        let turned: Vec<Vec<Vec2>> = tracks(0.0, 3)
+            .iter()
+            .map(|t| t[..20].iter().map(|p| turn_pose.transform_point(*p)).collect())
+            .collect();
+        let direction = group_direction(turned.iter().map(|t| (t.as_slice(), 0.7))).unwrap();
+        assert!((direction.angle_rad - turn).abs() < 0.03, "{direction:?}, expected {turn}");
+        assert!(direction.concentration > 0.95);
+    }
+}
+
+#[test]
+fn a_small_bend_of_the_building_is_noticed_and_drift_is_not_taken_for_one() {
+    let found = |bend_deg, seed| {
+        let tracks = tracks(bend_deg, seed);
+        harmful_bend(&tracks.iter().map(Vec::as_slice).collect::<Vec<_>>())
+    };
+    for seed in 1..=20 {
+        assert_eq!(found(0.0, seed), None, "seed {seed}");
+        for bend_deg in [-5.0, 4.0, 6.0] {
+            let bend =
+                found(bend_deg, seed).unwrap_or_else(|| panic!("seed {seed}: {bend_deg}° not noticed"));
+            assert!((bend.angle_rad.to_degrees() - bend_deg).abs() < 2.0, "{bend:?}");
+            assert!((bend.at_m - 18.2).abs() < 3.0, "{bend:?}");
+        }
+        assert_eq!(found(90.0, seed), None, "a right angle does no harm");
+    }
+}
+
+#[test]
+fn ln_gamma_is_that_of_the_factorials() {
+    let mut factorial = 0.0;
+    for n in 1..60 {
+        assert!((ln_gamma(f64::from(n)) - factorial).abs() < 1e-9 * (1.0 + factorial), "{n}");
+        factorial += f64::from(n).ln();
+    }
+    assert!((ln_gamma(0.5) - 0.5 * std::f64::consts::PI.ln()).abs() < 1e-10);
+}
+
+#[test]
+fn evidence_is_greatest_where_two_maps_agree_and_zero_where_they_do_not_meet() {
+    let grid = HexGrid { radius_m: 0.5, angle_rad: 0.0, origin: Vec2::zeros() };
+    let layout = Layout::around(&grid, [Vec2::new(-20.0, -20.0), Vec2::new(20.0, 20.0)]).unwrap();
+    let map = |y: f64| {
+        let mut map = TransitionMap::new(grid, layout);
+        map.add_path(&[Vec2::new(-10.0, y), Vec2::new(10.0, y)], 3.0);
+        map
+    };
+    let across = {
+        let mut map = TransitionMap::new(grid, layout);
+        map.add_path(&[Vec2::new(0.0, -10.0), Vec2::new(0.0, 10.0)], 3.0);
+        map
+    };
+    assert!(evidence(&map(0.1), &map(0.1), 0.8) > 20.0);
+    assert_eq!(evidence(&map(0.1), &map(8.0), 0.8), 0.0);
+    assert!(evidence(&map(0.1), &across, 0.8) < 1.0);
+}
+
+#[test]
+fn walkers_with_unknown_starts_are_found_and_a_stranger_is_left_out() {
+    let route = |corners: &[[f64; 2]]| Route {
+        points: corners.iter().map(|&[x, y]| Vec2::new(x, y)).collect(),
+        marked: Vec::new(),
+    };
+    let way = [
+        [0.0, 0.0],
+        [20.0, 0.0],
+        [20.0, 8.0],
+        [32.0, 8.0],
+        [32.0, -6.0],
+        [32.0, 8.0],
+        [20.0, 8.0],
+        [20.0, 0.0],
+        [0.0, 0.0],
+    ];
+    let shared = route(&way);
+    let winding =
+        route(&[[0.0, 0.0], [6.0, 0.0], [9.0, 5.0], [7.0, 11.0], [13.0, 14.0], [12.0, 20.0], [18.0, 24.0]]);
+    let walk = |name: &str, route: &Route, k| gait::walk(name, route, &gait::Drift::STEADY, 0, Key::new(k)).0;
+    let mut walks = vec![walk("first", &shared, 1), walk("late", &shared, 2), walk("stranger", &winding, 3)];
+    // What each walker calls the start is elsewhere for the others: the second one joins 30 steps down the way.
+    let start = Start { pose: Pose2::new(2.0, 1.0, 0.7), ..Start::default() };
+    let late = 30;
+    let true_start = walks[1].track(start.pose)[late];
+    walks[1].steps.drain(..late);
+    let options = Options { particles: 1_500, ..Options::default() };
+    let found = find_starts(&walks, start, &options).unwrap();
+    assert_eq!(found.placed, [true, true, false], "{found:?}");
+    let off = true_start.between(found.starts[1]);
+    assert!(off.translation().norm() < 1.0 && off.theta_rad.abs() < 0.06, "{off:?}");
+}

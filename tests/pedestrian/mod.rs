@@ -1,0 +1,6 @@
+mod files;
+mod filter;
+mod grid;
+mod hex;
+mod mapping;
+mod random;
