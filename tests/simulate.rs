@@ -377,7 +377,7 @@ fn no_scan_of_the_lost_poses_sees_two_parallel_walls() {
                     < 0.05
             })
         };
-        assert!(!(sees("west") && sees("east")) && !(sees("south") && sees("north")), "pose {pose}");
+        assert!(!(sees("west") && sees("east") || sees("south") && sees("north")), "pose {pose}");
         lost += usize::from(s.map.observations.range(pose).is_empty());
     }
     assert!(lost > 60, "only {lost} poses see no wall at all");

@@ -62,7 +62,8 @@ pub fn draw(map: &SlamMap, resolution_m: f64, yaw_rad: f64) -> Result<Occupancy>
     // On whole cells, so that the same wall falls on the same cells in two maps of one place.
     let first = (low / resolution_m).map(|v| v.floor() - BORDER);
     let size = (high / resolution_m).map(|v| v.floor() + 1.0 + BORDER) - first;
-    if !(size.x * size.y <= MOST_CELLS) {
+    let cells = size.x * size.y;
+    if cells.is_nan() || cells > MOST_CELLS {
         let message = format_args!(
             "found {:.0} × {:.0} cells, expected fewer: try a coarser resolution",
             size.x, size.y

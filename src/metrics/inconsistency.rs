@@ -114,7 +114,8 @@ impl Grid {
         let both = |(a, b): (Vec2, Vec2), (c, d): (Vec2, Vec2)| (a.inf(&c), b.sup(&d));
         let (low, high) = corners.reduce_with(both).unwrap_or((Vec2::zeros(), Vec2::zeros()));
         let count = ((high - low) / resolution_m).map(|n| n.floor() + 1.0);
-        if !(count.x * count.y <= MOST_CELLS) {
+        let cells = count.x * count.y;
+        if cells.is_nan() || cells > MOST_CELLS {
             let message = format_args!(
                 "found {:.0} m by {:.0} m, expected a map of at most {MOST_CELLS:.0} cells: try a coarser resolution",
                 high.x - low.x,
