@@ -121,7 +121,7 @@ fn random_steps(seed: u64, count: usize) -> Vec<Step> {
     let mut dice = Dice::new(seed);
     let step = |k: usize| Step {
         time_s: k as f64,
-        forward_m: if k.is_multiple_of(17) { 0.0 } else { dice.uniform(0.2, 1.4) },
+        forward_m: if k.is_multiple_of(17) { 0.0 } else { dice.uniform(0.1, 0.7) },
         left_m: if k.is_multiple_of(17) { 0.0 } else { dice.normal(0.05) },
         turn_rad: if k.is_multiple_of(9) { dice.uniform(-2.0, 2.0) } else { 0.0 },
     };
