@@ -136,7 +136,7 @@ pub fn write(path: &Path, walk: &Walk) -> Result<()> {
 /// Writes true positions.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_truth(path: &Path, truth: &[TruthPoint]) -> Result<()> {
     atomic::write(path, |out| {
         writeln!(out, "{}", TRUTH_COLUMNS.join(","))?;

@@ -5,8 +5,8 @@
 //!
 //! Σ_h [ln B(α + N_A + N_B) − ln B(α + N_A) − ln B(α + N_B) + ln B(α)],  B = multivariate Beta (Dirichlet-multinomial).
 //!
-//! Candidates come from [`super::hough`] and are refined by coordinate search. A walker is placed if its evidence is at
-//! least [`ENOUGH`] of what it would be against itself; else it is left out, and mapped alone.
+//! Candidates come from `super::hough` and are refined by coordinate search. A walker is placed if its evidence is at
+//! least `ENOUGH` of what it would be against itself; else it is left out, and mapped alone.
 
 use rayon::prelude::*;
 

@@ -2,7 +2,7 @@
 //!
 //! Per step and particle: draw the odometry error, move ([`super::motion`]), cross hexagon edges exactly
 //! ([`super::hex`]), multiply the weight by (N_h^e + G·P_h^e + α)/(N_h + G·P_h + 6α) × norm for each crossing. N are
-//! the particle's own counts including earlier crossings of the same step ([`super::history`]), P the prior map.
+//! the particle's own counts including earlier crossings of the same step (`super::history`), P the prior map.
 //! Blocks of particles are independent: they may run on any thread.
 
 use rayon::prelude::*;
