@@ -39,8 +39,8 @@ const LONGEST_STEP: (f64, f64) = (0.7, 0.4);
 const LARGEST_DISAGREEMENT_RAD: f64 = 0.12;
 
 /// What a match cannot know of itself (the laser's bias, a door that moved): metres. With it the chain's predicted error
-/// agrees with the relations of the public logs: squared errors over their prediction, per degree of freedom, 0.49 to 1.02
-/// by time span on Intel, 0.71 to 2.4 on ACES, whose relations are the coarser.
+/// agrees with the relations of the public logs: squared errors over their prediction, per degree of freedom and by time
+/// span, are 0.2 to 1.0 on Intel and 0.7 to 2.4 on ACES, whose relations are the coarser.
 const MODEL_SIGMA_M: f64 = 0.003;
 /// … and radians.
 const MODEL_SIGMA_RAD: f64 = 0.0005;
