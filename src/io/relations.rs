@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::Read;
 use super::source::Lines;
-use super::text::{fields, numbers};
+use super::text::row;
 use crate::error::Result;
 use crate::geometry::Pose2;
 use crate::map::Relation;
@@ -21,17 +21,11 @@ pub fn read(path: &Path) -> Result<Read<Vec<Relation>>> {
     let mut lines = Lines::open(path)?;
     let mut relations = Vec::new();
     while lines.advance()? {
-        let mut words = fields(lines.line());
-        if words.clone().next().is_none_or(|w| w.starts_with(b"#")) {
+        let Some([stamp_1_s, stamp_2_s, x, y, _, _, _, yaw]) =
+            row(lines.line(), &NAMES).map_err(|m| lines.error(m))?
+        else {
             continue;
-        }
-        let found = words.clone().count();
-        if found != 8 {
-            let message = format!("found {found} fields, expected 8: t1 t2 x y z roll pitch yaw");
-            return Err(lines.error(message));
-        }
-        let [stamp_1_s, stamp_2_s, x, y, _, _, _, yaw] =
-            numbers(&mut words, &NAMES).map_err(|m| lines.error(m))?;
+        };
         relations.push(Relation { stamp_1_s, stamp_2_s, first_from_second: Pose2::new(x, y, yaw) });
     }
     if relations.is_empty() {

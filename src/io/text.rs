@@ -38,6 +38,19 @@ pub(crate) fn numbers<const N: usize>(
     Ok(values)
 }
 
+/// A line of exactly `names.len()` numbers; `None` for an empty line or a `#` comment.
+pub(crate) fn row<const N: usize>(line: &[u8], names: &[&str; N]) -> Result<Option<[f64; N]>, String> {
+    let mut words = fields(line);
+    if words.clone().next().is_none_or(|w| w.starts_with(b"#")) {
+        return Ok(None);
+    }
+    let found = words.clone().count();
+    if found != N {
+        return Err(format!("found {found} fields, expected {N}: {}", names.join(" ")));
+    }
+    numbers(&mut words, names).map(Some)
+}
+
 /// Bytes of a file for a message: printable, and not longer than 40 characters.
 pub(crate) fn show(field: &[u8]) -> Cow<'_, str> {
     let text = String::from_utf8_lossy(field);

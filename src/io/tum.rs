@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::source::Lines;
-use super::text::{Shortest, fields, numbers};
+use super::text::{Shortest, row};
 use super::{Read, atomic};
 use crate::error::Result;
 use crate::geometry::Pose2;
@@ -28,17 +28,11 @@ pub fn read(path: &Path) -> Result<Read<Trajectory>> {
     let mut trajectory = Trajectory::default();
     let mut warnings = Vec::new();
     while lines.advance()? {
-        let mut words = fields(lines.line());
-        if words.clone().next().is_none_or(|w| w.starts_with(b"#")) {
+        let Some([stamp_s, x_m, y_m, _, qx, qy, qz, qw]) =
+            row(lines.line(), &NAMES).map_err(|m| lines.error(m))?
+        else {
             continue;
-        }
-        let found = words.clone().count();
-        if found != 8 {
-            let message = format!("found {found} fields, expected 8: stamp x y z qx qy qz qw");
-            return Err(lines.error(message));
-        }
-        let [stamp_s, x_m, y_m, _, qx, qy, qz, qw] =
-            numbers(&mut words, &NAMES).map_err(|m| lines.error(m))?;
+        };
         let norm = (qx * qx + qy * qy + qz * qz + qw * qw).sqrt();
         if (norm - 1.0).abs() > UNIT_TOLERANCE {
             return Err(lines.error(format_args!("quaternion: found length {norm}, expected 1")));
