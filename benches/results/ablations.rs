@@ -41,6 +41,7 @@ fn methods() -> Vec<(&'static str, Method)> {
     let i = default.interpret;
     vec![
         ("**default**", Method::Pipeline(default)),
+        ("without EM: strokes as drawn", with(interpret::Options { max_rounds: 0, ..i })),
         ("EM stopped after one round", with(interpret::Options { max_rounds: 1, ..i })),
         ("no explicit step, no COP-SLAM", Method::Pipeline(Options { initial_guess: false, ..default })),
         ("COP-SLAM alone, nothing optimised", Method::CopSlamAlone),
