@@ -37,6 +37,10 @@ pub struct Args {
     #[arg(long, value_name = "T.tum", conflicts_with = "front_end")]
     initial: Option<PathBuf>,
 
+    /// Match visits that come near each other, without any stroke: what fits closes a loop.
+    #[arg(long)]
+    close_loops: bool,
+
     #[command(flatten)]
     keyframes: Keyframes,
 }
@@ -84,6 +88,11 @@ pub fn run(args: &Args) -> Result<Outcome> {
         }
         _ => return Err(Error::input(args.log.display(), "found a trajectory, expected a log or a map")),
     };
+    let mut map = map;
+    if args.close_loops {
+        let report = super::reassociate::run(&mut map, &Default::default(), &Default::default())?;
+        out::print(&format!("{report:#?}"))?;
+    }
     io::write_map(&args.output, &map)?;
     let line = format!(
         "{}: {} poses, {} points, {} relative factors, {} scans\n",

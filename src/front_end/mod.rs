@@ -96,6 +96,7 @@ impl Skeleton {
             observations,
             scans: self.scans,
             human_factors: Vec::new(),
+            automatic_factors: Vec::new(),
             robot_from_laser: log.robot_from_laser,
         }
     }

@@ -130,7 +130,7 @@ impl Tracker<'_> {
         let starts = [(self.last.compose(step), 0.05), (self.last, 0.1), (going_on, 0.1)];
         let mut best = first;
         for (start, gain) in starts {
-            let found = search.best(&cloud.points, start, RECOVERY);
+            let found = search.best(&cloud.points, start, RECOVERY).pose;
             let weak = Matrix3::from_diagonal(&Vector3::new(25.0, 25.0, 100.0));
             let found =
                 align(&self.map, cloud, found, Some(&Prior { pose: found, information: weak }), TRACKING);

@@ -10,7 +10,7 @@ mod search;
 mod surfel_map;
 
 pub use icp::{Match, Prior, Schedule, align};
-pub use search::{Search, Window};
+pub use search::{Found, Search, Window};
 pub use surfel_map::{Surfel, SurfelMap};
 
 use crate::geometry::Vec2;

@@ -11,6 +11,8 @@ const BLUR_M: f64 = 0.15;
 const POINTS: usize = 150;
 /// Score lost at the edge of the window, in position and in heading each: of equal scores the nearest wins.
 const DISTANCE_COST: f64 = 0.02;
+/// A place further than this from the best one is another place, metres.
+const ELSEWHERE_M: f64 = 0.5;
 
 /// A blurred picture of a surfel map: each cell says how near the nearest surfel is, 1 at it.
 pub struct Search {
@@ -31,6 +33,17 @@ pub struct Window {
     pub position_step_m: f64,
     /// Radians from try to try.
     pub heading_step_rad: f64,
+}
+
+/// Where the points fit best.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// `map_from_robot`.
+    pub pose: Pose2,
+    /// Mean nearness of the points to the map, 0 to 1, less what the distance from the start costs.
+    pub score: f64,
+    /// Best score anywhere more than half a metre away, over `score`: near 1 the place is not distinct.
+    pub ambiguity: f64,
 }
 
 impl Search {
@@ -65,11 +78,15 @@ impl Search {
     }
 
     /// The best pose of the window around `start` (`map_from_robot`) for these points (robot frame).
-    pub fn best(&self, points: &[Vec2], start: Pose2, window: Window) -> Pose2 {
+    pub fn best(&self, points: &[Vec2], start: Pose2, window: Window) -> Found {
         let steps = (window.position_m / window.position_step_m).ceil() as i32;
         let turns = (window.heading_rad / window.heading_step_rad).ceil() as i32;
         let some: Vec<Vec2> = points.iter().step_by((points.len() / POINTS).max(1)).copied().collect();
-        let mut best = (f64::NEG_INFINITY, start);
+        let side = (2 * steps + 1) as usize;
+        let shift = |k: i32| f64::from(k) * window.position_step_m;
+        // The best score at every place, whatever the heading.
+        let mut places = vec![0.0_f64; side * side];
+        let mut best = Found { pose: start, score: f64::NEG_INFINITY, ambiguity: 0.0 };
         for turn in -turns..=turns {
             let heading = start.theta_rad + f64::from(turn) * window.heading_step_rad;
             let turned = Pose2::new(start.x_m, start.y_m, heading);
@@ -77,17 +94,29 @@ impl Search {
                 some.iter().map(|p| (turned.transform_point(*p) - self.corner) / CELL_M).collect();
             for row in -steps..=steps {
                 for column in -steps..=steps {
-                    let shift = Vec2::new(f64::from(column), f64::from(row)) * window.position_step_m;
+                    let score = self.score(&at, Vec2::new(shift(column), shift(row)) / CELL_M);
+                    let place = &mut places[(row + steps) as usize * side + (column + steps) as usize];
+                    *place = place.max(score);
                     let far = f64::from(column).hypot(f64::from(row)) / f64::from(steps.max(1))
                         + f64::from(turn.abs()) / f64::from(turns.max(1));
-                    let score = self.score(&at, shift / CELL_M) - DISTANCE_COST * far;
-                    if score > best.0 {
-                        best = (score, Pose2::new(start.x_m + shift.x, start.y_m + shift.y, heading));
+                    let score = score - DISTANCE_COST * far;
+                    if score > best.score {
+                        best.pose = Pose2::new(start.x_m + shift(column), start.y_m + shift(row), heading);
+                        best.score = score;
                     }
                 }
             }
         }
-        best.1
+        let mut second = 0.0_f64;
+        for (k, &place) in places.iter().enumerate() {
+            let (row, column) = ((k / side) as i32 - steps, (k % side) as i32 - steps);
+            let at = Vec2::new(start.x_m + shift(column), start.y_m + shift(row));
+            if (at - best.pose.translation()).norm() > ELSEWHERE_M {
+                second = second.max(place);
+            }
+        }
+        best.ambiguity = second / best.score.max(1e-9);
+        best
     }
 
     fn score(&self, at: &[Vec2], shift: Vec2) -> f64 {
