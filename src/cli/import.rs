@@ -80,7 +80,18 @@ struct Keyframes {
 pub fn run(args: &Args) -> Result<Outcome> {
     io::check_map_path(&args.output)?;
     let map = match load::source(&args.log)? {
-        Source::Log(log) => from_log(&log, args)?,
+        Source::Log(log) => {
+            let mut map = from_log(&log, args)?;
+            if args.close_loops {
+                let t = std::time::Instant::now();
+                let report = super::reassociate::run(&mut map, &Default::default(), &Default::default())?;
+                eprintln!("{report:?} {:?}", t.elapsed());
+                let t = std::time::Instant::now();
+                front_end::rematch(&mut map, &log, &front_end::Options::for_scan_matching(), &|_| {})?;
+                eprintln!("{:?}", t.elapsed());
+            }
+            map
+        }
         Source::Map(map) if args.front_end.is_none() && args.graph.is_none() && args.initial.is_none() => map,
         Source::Map(_) => {
             let message = "found a map, expected a log: --front-end, --graph and --initial need scans";
@@ -88,11 +99,6 @@ pub fn run(args: &Args) -> Result<Outcome> {
         }
         _ => return Err(Error::input(args.log.display(), "found a trajectory, expected a log or a map")),
     };
-    let mut map = map;
-    if args.close_loops {
-        let report = super::reassociate::run(&mut map, &Default::default(), &Default::default())?;
-        out::print(&format!("{report:#?}"))?;
-    }
     io::write_map(&args.output, &map)?;
     let line = format!(
         "{}: {} poses, {} points, {} relative factors, {} scans\n",

@@ -47,11 +47,9 @@ impl Places<'_> {
     /// The oriented points of pose k in the frame of pose `base`.
     fn seen(&self, k: usize, base: usize) -> impl Iterator<Item = Surfel> {
         let base_from_k = self.poses[base].between(self.poses[k]);
-        let observations = self.observations;
-        observations.range(k).filter_map(move |p| {
-            let normal = observations.normal(p);
-            let mean = base_from_k.transform_point(observations.point(p));
-            (normal.norm_squared() > 0.0).then(|| Surfel { mean, normal: base_from_k.rotate(normal) })
+        self.observations.oriented(k).map(move |(point, normal)| Surfel {
+            mean: base_from_k.transform_point(point),
+            normal: base_from_k.rotate(normal),
         })
     }
 }

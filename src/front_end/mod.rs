@@ -10,6 +10,7 @@ mod initial;
 mod noise;
 mod options;
 mod points;
+mod rematch;
 mod scan_match;
 mod stamps;
 
@@ -19,6 +20,7 @@ use crate::map::{LogScan, Observations, RawLog, RelativeFactor, ScanRecord, Slam
 pub use noise::OdometryNoise;
 pub use options::Options;
 pub use points::observe;
+pub use rematch::rematch;
 
 /// Where the pose chain comes from.
 #[derive(Clone, Copy)]

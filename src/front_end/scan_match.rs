@@ -181,12 +181,17 @@ impl Tracker<'_> {
     }
 
     fn cloud(&self, scan: usize) -> Cloud {
-        let mut seen = Observations::default();
-        observe(&self.log.scans[scan], self.log.robot_from_laser, self.options, &mut seen);
-        Cloud {
-            points: (0..seen.len()).map(|i| seen.point(i)).collect(),
-            normals: (0..seen.len()).map(|i| seen.normal(i)).collect(),
-        }
+        cloud(self.log, scan, self.options)
+    }
+}
+
+/// A scan as the matcher takes it.
+pub(super) fn cloud(log: &RawLog, scan: usize, options: &Options) -> Cloud {
+    let mut seen = Observations::default();
+    observe(&log.scans[scan], log.robot_from_laser, options, &mut seen);
+    Cloud {
+        points: (0..seen.len()).map(|i| seen.point(i)).collect(),
+        normals: (0..seen.len()).map(|i| seen.normal(i)).collect(),
     }
 }
 
