@@ -13,7 +13,7 @@ use crate::geometry::{Pose2, angle_diff};
 use crate::solver::Covariance;
 
 /// Path from one station to the next, metres.
-const STATION_SPACING_M: f64 = 1.2;
+const STATION_SPACING_M: f64 = 2.0;
 /// … or so much turning, radians.
 const STATION_TURN_RAD: f64 = 1.0;
 /// Two places are visits of their own if the robot drove at least so far between them, metres.

@@ -30,7 +30,7 @@ pub const DISAGREES_CHI2: f64 = 16.0;
 /// Loss scales of the solves of a round: from wide, so that many weak voices can pull a loop shut, to what stays.
 const LOSS_SCALES: [f64; 2] = [20.0, 8.0];
 /// A round that moves no pose further than this was the last, metres.
-const SETTLED_M: f64 = 0.005;
+const SETTLED_M: f64 = 0.03;
 
 /// Tunables.
 #[derive(Debug, Clone, PartialEq)]

@@ -29,7 +29,7 @@ pub struct Window {
     pub position_m: f64,
     /// ± radians.
     pub heading_rad: f64,
-    /// Metres from try to try.
+    /// Metres from try to try; a multiple of 0.1.
     pub position_step_m: f64,
     /// Radians from try to try.
     pub heading_step_rad: f64,
@@ -79,54 +79,67 @@ impl Search {
 
     /// The best pose of the window around `start` (`map_from_robot`) for these points (robot frame).
     pub fn best(&self, points: &[Vec2], start: Pose2, window: Window) -> Found {
-        let steps = (window.position_m / window.position_step_m).ceil() as i32;
+        let stride = (window.position_step_m / CELL_M).round().max(1.0) as i32;
+        let step_m = f64::from(stride) * CELL_M;
+        let steps = (window.position_m / step_m).ceil() as i32;
         let turns = (window.heading_rad / window.heading_step_rad).ceil() as i32;
         let some: Vec<Vec2> = points.iter().step_by((points.len() / POINTS).max(1)).copied().collect();
         let side = (2 * steps + 1) as usize;
-        let shift = |k: i32| f64::from(k) * window.position_step_m;
-        // The best score at every place, whatever the heading.
-        let mut places = vec![0.0_f64; side * side];
+        let shift = |place: usize| {
+            let (row, column) = ((place / side) as i32 - steps, (place % side) as i32 - steps);
+            Vec2::new(f64::from(column), f64::from(row)) * step_m
+        };
+        let costs: Vec<f64> = (0..side * side)
+            .map(|place| DISTANCE_COST * shift(place).norm() / (f64::from(steps.max(1)) * step_m))
+            .collect();
+        // The best score at every place, whatever the heading; the sums at one heading.
+        let (mut places, mut sums) = (vec![0.0_f64; side * side], vec![0.0_f32; side * side]);
         let mut best = Found { pose: start, score: f64::NEG_INFINITY, ambiguity: 0.0 };
         for turn in -turns..=turns {
             let heading = start.theta_rad + f64::from(turn) * window.heading_step_rad;
             let turned = Pose2::new(start.x_m, start.y_m, heading);
-            let at: Vec<Vec2> =
-                some.iter().map(|p| (turned.transform_point(*p) - self.corner) / CELL_M).collect();
-            for row in -steps..=steps {
-                for column in -steps..=steps {
-                    let score = self.score(&at, Vec2::new(shift(column), shift(row)) / CELL_M);
-                    let place = &mut places[(row + steps) as usize * side + (column + steps) as usize];
-                    *place = place.max(score);
-                    let far = f64::from(column).hypot(f64::from(row)) / f64::from(steps.max(1))
-                        + f64::from(turn.abs()) / f64::from(turns.max(1));
-                    let score = score - DISTANCE_COST * far;
-                    if score > best.score {
-                        best.pose = Pose2::new(start.x_m + shift(column), start.y_m + shift(row), heading);
-                        best.score = score;
-                    }
+            sums.fill(0.0);
+            for p in &some {
+                let at = ((turned.transform_point(*p) - self.corner) / CELL_M).map(f64::floor);
+                self.add(&mut sums, side, [at.x as i32, at.y as i32], steps, stride);
+            }
+            let turn_cost = DISTANCE_COST * f64::from(turn.abs()) / f64::from(turns.max(1));
+            for (place, &sum) in sums.iter().enumerate() {
+                let score = f64::from(sum) / some.len().max(1) as f64;
+                places[place] = places[place].max(score);
+                let score = score - costs[place] - turn_cost;
+                if score > best.score {
+                    let at = start.translation() + shift(place);
+                    best = Found { pose: Pose2::new(at.x, at.y, heading), score, ambiguity: 0.0 };
                 }
             }
         }
-        let mut second = 0.0_f64;
-        for (k, &place) in places.iter().enumerate() {
-            let (row, column) = ((k / side) as i32 - steps, (k % side) as i32 - steps);
-            let at = Vec2::new(start.x_m + shift(column), start.y_m + shift(row));
-            if (at - best.pose.translation()).norm() > ELSEWHERE_M {
-                second = second.max(place);
-            }
-        }
+        let chosen = best.pose.translation() - start.translation();
+        let elsewhere = |place: &usize| (shift(*place) - chosen).norm() > ELSEWHERE_M;
+        let second = (0..places.len()).filter(elsewhere).map(|place| places[place]).fold(0.0, f64::max);
         best.ambiguity = second / best.score.max(1e-9);
         best
     }
 
-    fn score(&self, at: &[Vec2], shift: Vec2) -> f64 {
-        let mut sum = 0.0_f32;
-        for p in at {
-            let q = p + shift;
-            if q.x >= 0.0 && q.y >= 0.0 && q.x < self.columns as f64 && q.y < self.rows as f64 {
-                sum += self.cells[q.y as usize * self.columns + q.x as usize];
+    /// Adds what a point in cell (x, y) scores at every place of the window, row by row.
+    fn add(&self, sums: &mut [f32], side: usize, [x, y]: [i32; 2], steps: i32, stride: i32) {
+        let (width, height) = (self.columns as i32, self.rows as i32);
+        // First and last step that stay within the picture.
+        let range = |at: i32, size: i32| {
+            let first = (-at).div_euclid(stride) + i32::from((-at).rem_euclid(stride) != 0);
+            (first.max(-steps), (size - 1 - at).div_euclid(stride).min(steps))
+        };
+        let ((left, right), (bottom, top)) = (range(x, width), range(y, height));
+        if left > right {
+            return;
+        }
+        for row in bottom..=top {
+            let start = (y + row * stride) as usize * self.columns + (x + left * stride) as usize;
+            let from = (row + steps) as usize * side + (left + steps) as usize;
+            let cells = self.cells[start..].iter().step_by(stride as usize);
+            for (sum, cell) in sums[from..=from + (right - left) as usize].iter_mut().zip(cells) {
+                *sum += cell;
             }
         }
-        f64::from(sum) / at.len().max(1) as f64
     }
 }

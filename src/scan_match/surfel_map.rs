@@ -7,6 +7,8 @@
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_4;
 
+use rayon::prelude::*;
+
 use crate::geometry::{Vec2, principal_direction};
 
 /// Side of a grid cell, metres: about the largest search radius over two.
@@ -21,6 +23,9 @@ const VOXEL_M: f64 = 0.05;
 const LINE_RATIO: f64 = 0.3;
 /// … and at least 2 cm long (its variance, m²).
 const LINE_VARIANCE_M2: f64 = 4e-4;
+
+/// Surfels that are worth a thread.
+const LEAST_WORK: usize = 256;
 
 /// A short piece of wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,16 +51,14 @@ impl SurfelMap {
     /// Smooths oriented points (map frame; points without a normal must be left out) into surfels.
     pub fn new(points: Vec<Surfel>) -> Self {
         let raw = Self::sorted(points);
-        let mut taken = HashSet::new();
-        let mut smooth = Vec::with_capacity(raw.surfels.len() / 2);
-        for surfel in &raw.surfels {
+        let mut taken = HashSet::with_capacity(raw.surfels.len() / 2);
+        let is_first = |surfel: &&Surfel| {
             let voxel = (surfel.mean / VOXEL_M).map(f64::floor);
             let eighth = (surfel.normal.y.atan2(surfel.normal.x) / FRAC_PI_4).round() as i32 & 7;
-            if taken.insert((voxel.x as i32, voxel.y as i32, eighth)) {
-                smooth.push(raw.smoothed(surfel));
-            }
-        }
-        Self::sorted(smooth)
+            taken.insert((voxel.x as i32, voxel.y as i32, eighth))
+        };
+        let kept: Vec<&Surfel> = raw.surfels.iter().filter(is_first).collect();
+        Self::sorted(kept.into_par_iter().with_min_len(LEAST_WORK).map(|s| raw.smoothed(s)).collect())
     }
 
     /// All surfels, by cell.
