@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector2};
 use rayon::prelude::*;
 
+use super::SHORTEST_LOOP_M;
 use crate::geometry::{Pose2, angle_diff};
 use crate::solver::Covariance;
 
@@ -16,8 +17,6 @@ use crate::solver::Covariance;
 const STATION_SPACING_M: f64 = 2.0;
 /// … or so much turning, radians.
 const STATION_TURN_RAD: f64 = 1.0;
-/// Two places are visits of their own if the robot drove at least so far between them, metres.
-const SHORTEST_LOOP_M: f64 = 8.0;
 /// Poses no further apart than this see the same walls, metres; a radian counts as half a metre.
 const OVERLAP_M: f64 = 2.3;
 const METRES_PER_RADIAN: f64 = 0.5;

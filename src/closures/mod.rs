@@ -8,7 +8,11 @@
 
 mod candidates;
 mod matching;
+mod near_pass;
 mod place;
+mod report;
+
+pub use report::{NearPass, Report, Round};
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -27,6 +31,10 @@ use place::Places;
 /// A factor whose χ² (3 degrees of freedom) is larger disagrees with the rest of the map: four standard deviations.
 pub const DISAGREES_CHI2: f64 = 16.0;
 
+/// If more than this share of the factors disagree, the map is too bent to tell right matches from wrong ones: none is kept.
+const MOST_DISAGREEING: f64 = 0.25;
+/// Two places are visits of their own if the robot drove at least so far between them, metres.
+const SHORTEST_LOOP_M: f64 = 8.0;
 /// Loss scales of the solves of a round: from wide, so that many weak voices can pull a loop shut, to what stays.
 const LOSS_SCALES: [f64; 2] = [20.0, 8.0];
 /// A round that moves no pose further than this was the last, metres.
@@ -37,7 +45,7 @@ const SETTLED_M: f64 = 0.03;
 pub struct Options {
     /// Rounds at most.
     pub rounds: usize,
-    /// Pairs of poses (i, j) that a person said are no match.
+    /// Pairs of poses (earlier, later) that a person said are no match: they and those beside them are not compared.
     pub refused: Vec<(usize, usize)>,
 }
 
@@ -60,28 +68,6 @@ pub struct Progress {
     pub pairs: usize,
 }
 
-/// What one round did.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Round {
-    /// Pairs compared.
-    pub pairs: usize,
-    /// Of those, accepted.
-    pub accepted: usize,
-    /// Of those, in disagreement with the map afterwards.
-    pub disagreeing: usize,
-    /// Largest move of a pose, metres.
-    pub moved_m: f64,
-    /// Largest half-width of a search, metres.
-    pub widest_m: f64,
-}
-
-/// What re-association did.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Report {
-    /// Every round.
-    pub rounds: Vec<Round>,
-}
-
 /// Finds all automatic factors anew and optimises the map with them. `None`, and the map as it was, if `cancelled`
 /// becomes true on the way.
 ///
@@ -97,34 +83,51 @@ pub fn reassociate(
     let mut work = map.clone();
     work.automatic_factors.clear();
     solve(&mut work, joint_options, joint_options.automatic_loss_scale)?;
+    let unassisted = work.clone();
     let mut report = Report::default();
+    let mut last = Vec::new();
     for round in 0..options.rounds {
         let before = work.poses.clone();
         let told = |done, pairs| progress(Progress { round, rounds: options.rounds, done, pairs });
-        let Some(found) = search(&work, joint_options, &told, cancelled)? else { return Ok(None) };
-        let widest_m = found.iter().map(|(c, _)| c.position_m).fold(0.0, f64::max);
-        let pairs = found.len();
-        work.automatic_factors = found.into_iter().filter_map(accepted).collect();
+        let Some(compared) = search(&work, joint_options, options, &told, cancelled)? else {
+            return Ok(None);
+        };
+        work.automatic_factors = compared.iter().filter_map(accepted).collect();
         for scale in LOSS_SCALES {
             solve(&mut work, joint_options, scale)?;
         }
         solve(&mut work, joint_options, joint_options.automatic_loss_scale)?;
         judge(&mut work);
         let moved_m = largest_move_m(&before, &work.poses);
-        let disagreeing = work.automatic_factors.iter().filter(|a| a.chi2 > DISAGREES_CHI2).count();
-        let accepted = work.automatic_factors.len();
-        report.rounds.push(Round { pairs, accepted, disagreeing, moved_m, widest_m });
+        report.rounds.push(Round {
+            pairs: compared.len(),
+            accepted: work.automatic_factors.len(),
+            disagreeing: disagreeing(&work),
+            moved_m,
+            widest_m: compared.iter().map(|(c, _)| c.position_m).fold(0.0, f64::max),
+        });
+        last = compared;
         if moved_m < SETTLED_M {
             break;
         }
     }
+    if disagreeing(&work) as f64 > MOST_DISAGREEING * work.automatic_factors.len() as f64 {
+        report.withdrawn = true;
+        work = unassisted;
+    }
+    report.near_passes = near_pass::find(&work, &last);
     *map = work;
     Ok(Some(report))
 }
 
-fn accepted((_, outcome): (Candidate, Outcome)) -> Option<AutomaticFactor> {
+/// Number of automatic factors that disagree with the rest of the map.
+fn disagreeing(map: &SlamMap) -> usize {
+    map.automatic_factors.iter().filter(|a| a.chi2 > DISAGREES_CHI2).count()
+}
+
+fn accepted((_, outcome): &(Candidate, Outcome)) -> Option<AutomaticFactor> {
     match outcome {
-        Outcome::Accepted(factor) => Some(factor),
+        Outcome::Accepted(factor) => Some(*factor),
         Outcome::TooFewInliers(_) => None,
     }
 }
@@ -133,6 +136,7 @@ fn accepted((_, outcome): (Candidate, Outcome)) -> Option<AutomaticFactor> {
 fn search(
     map: &SlamMap,
     joint_options: &joint::Options,
+    options: &Options,
     told: &(dyn Fn(usize, usize) + Sync),
     cancelled: &AtomicBool,
 ) -> Result<Option<Vec<(Candidate, Outcome)>>> {
@@ -143,7 +147,9 @@ fn search(
     let Some(covariance) = Covariance::new(&problem, &problem.blocks(), &problem.held)? else {
         return Ok(Some(Vec::new()));
     };
-    let candidates = candidates::find(&map.poses, &path_m, &stations, &covariance);
+    let is_refused = |c: &Candidate| options.refused.iter().any(|&pair| beside(&path_m, pair, (c.i, c.j)));
+    let mut candidates = candidates::find(&map.poses, &path_m, &stations, &covariance);
+    candidates.retain(|c| !is_refused(c));
     let places = Places { poses: &map.poses, observations: &map.observations, path_m: &path_m };
     let queries: Vec<Option<Cloud>> = stations
         .par_iter()
@@ -180,6 +186,15 @@ fn search(
     let mut found: Vec<(usize, Outcome)> = outcomes.into_iter().flatten().collect();
     found.sort_by_key(|(k, _)| *k);
     Ok(Some(found.into_iter().map(|(k, outcome)| (candidates[k], outcome)).collect()))
+}
+
+/// True if two pairs of poses are of the same two visits: each end within half a shortest loop of the other's.
+fn beside(path_m: &[f64], (i, j): (usize, usize), (k, l): (usize, usize)) -> bool {
+    let is_near = |a: usize, b: usize| match (path_m.get(a), path_m.get(b)) {
+        (Some(a), Some(b)) => (a - b).abs() < SHORTEST_LOOP_M / 2.0,
+        _ => false,
+    };
+    is_near(i, k) && is_near(j, l)
 }
 
 /// One joint optimisation with the automatic factors under a loss of this scale.

@@ -55,8 +55,7 @@ pub fn rematch(
         .par_iter()
         .map(|group| {
             let parent = map.scans[group[0]].parent;
-            let between: Vec<usize> =
-                group.iter().copied().filter(|&s| is_between(&map.scans[s])).collect();
+            let between: Vec<usize> = group.iter().copied().filter(|&s| is_between(&map.scans[s])).collect();
             let mut offsets = Vec::with_capacity(between.len());
             if !between.is_empty() {
                 let walls = walls(map, parent);

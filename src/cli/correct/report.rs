@@ -1,9 +1,12 @@
 //! The report of `hitl correct`, field by field as docs/FORMATS.md gives it.
 
+use hitl_slam::closures;
 use hitl_slam::map::Mode;
-use hitl_slam::pipeline::{self, CorrectionReport, Corrector};
+use hitl_slam::pipeline::{self, CorrectionReport};
 use serde::Serialize;
 
+use super::Corrected;
+use crate::cli::reassociate;
 use crate::cli::report::peak_rss_mb;
 use crate::cli::tunables::Tunables;
 
@@ -17,7 +20,8 @@ pub struct Report {
     pub poses: usize,
     pub observations: usize,
     pub corrections: Vec<Entry>,
-    automatic_factors: Vec<()>,
+    automatic_factors: Vec<reassociate::Entry>,
+    reassociation: Option<closures::Report>,
     reassociate_ms: f64,
     pub total_ms: f64,
     pub peak_rss_mb: Option<f64>,
@@ -79,12 +83,8 @@ struct Stroke {
 
 impl Report {
     /// Gathers everything.
-    pub fn new(
-        corrector: &Corrector,
-        tunables: &Tunables,
-        reports: &[CorrectionReport],
-        total_ms: f64,
-    ) -> Self {
+    pub fn new(done: &Corrected, tunables: &Tunables) -> Self {
+        let Corrected { corrector, reports, reassociation, total_ms, .. } = done;
         let map = corrector.map();
         Report {
             version: env!("CARGO_PKG_VERSION"),
@@ -94,9 +94,10 @@ impl Report {
             poses: map.poses.len(),
             observations: map.observations.len(),
             corrections: reports.iter().map(entry).collect(),
-            automatic_factors: Vec::new(),
-            reassociate_ms: 0.0,
-            total_ms,
+            automatic_factors: reassociate::entries(map),
+            reassociation: reassociation.as_ref().map(|r| r.report.clone()),
+            reassociate_ms: reassociation.as_ref().map_or(0.0, |r| r.total_ms),
+            total_ms: *total_ms,
             peak_rss_mb: peak_rss_mb(),
         }
     }
