@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use hitl_slam::closures;
 use hitl_slam::error::Result;
 use hitl_slam::geometry::Pose2;
 use hitl_slam::io::{self, Source};
@@ -84,7 +83,7 @@ fn describe_map(page: &mut Page, map: &SlamMap) {
 }
 
 fn automatic(factors: &[AutomaticFactor]) -> String {
-    let disagree = factors.iter().filter(|a| a.chi2 > closures::DISAGREES_CHI2).count();
+    let disagree = factors.iter().filter(|a| a.disagrees()).count();
     match (factors.len(), disagree) {
         (0, _) => "0".into(),
         (n, 0) => format!("{n}, all in agreement"),

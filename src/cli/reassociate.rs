@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use hitl_slam::closures::{self, DISAGREES_CHI2, Options, Progress, Report};
+use hitl_slam::closures::{self, Options, Progress, Report};
 use hitl_slam::error::{Error, Result};
 use hitl_slam::map::{AutomaticFactor, SlamMap};
 use hitl_slam::pipeline::{Corrector, Reassociation};
@@ -84,7 +84,7 @@ pub fn entries(map: &SlamMap) -> Vec<Entry> {
         ambiguity: a.ambiguity,
         weak_direction_rad: a.weak_rad,
         chi2: a.chi2,
-        agrees: a.chi2 <= DISAGREES_CHI2,
+        agrees: !a.disagrees(),
     };
     map.automatic_factors.iter().map(entry).collect()
 }
@@ -105,7 +105,7 @@ pub fn text(map: &SlamMap, found: &Reassociation) -> String {
             found.total_ms
         ),
     };
-    let disagree = map.automatic_factors.iter().filter(|a| a.chi2 > closures::DISAGREES_CHI2);
+    let disagree = map.automatic_factors.iter().filter(|a| a.disagrees());
     let named: Vec<String> = disagree.map(|a| format!("{} (chi2 {:.0})", a.name(), a.chi2)).collect();
     line(&mut text, "disagree with the rest", &named);
     let pass = |p: &closures::NearPass| format!("{}-{} ({:.1} m)", p.i, p.j, p.distance_m);

@@ -28,9 +28,6 @@ use candidates::Candidate;
 use matching::Outcome;
 use place::Places;
 
-/// A factor whose χ² (3 degrees of freedom) is larger disagrees with the rest of the map: four standard deviations.
-pub const DISAGREES_CHI2: f64 = 16.0;
-
 /// If more than this share of the factors disagree, the map is too bent to tell right matches from wrong ones: none is kept.
 const MOST_DISAGREEING: f64 = 0.25;
 /// Two places are visits of their own if the robot drove at least so far between them, metres.
@@ -122,7 +119,7 @@ pub fn reassociate(
 
 /// Number of automatic factors that disagree with the rest of the map.
 fn disagreeing(map: &SlamMap) -> usize {
-    map.automatic_factors.iter().filter(|a| a.chi2 > DISAGREES_CHI2).count()
+    map.automatic_factors.iter().filter(|a| a.disagrees()).count()
 }
 
 fn accepted((_, outcome): &(Candidate, Outcome)) -> Option<AutomaticFactor> {

@@ -1,21 +1,18 @@
 //! Where visits come near each other and nothing matched: where the next stroke may be needed.
 
+use super::SHORTEST_LOOP_M;
 use super::candidates::{self, Candidate};
 use super::matching::Outcome;
 use super::report::NearPass;
-use super::{DISAGREES_CHI2, SHORTEST_LOOP_M};
 use crate::map::SlamMap;
 
-/// Poses further apart than this need not see the same walls, metres.
-const NEAR_M: f64 = 3.5;
-
-/// Unmatched pairs that are near where the map now stands, nearest first, without those beside a good match or a nearer pass.
+/// Pairs that were compared in vain, nearest first as the map now stands, without those beside a good match or a nearer pass.
 pub(super) fn find(map: &SlamMap, compared: &[(Candidate, Outcome)]) -> Vec<NearPass> {
     let path_m = candidates::path_lengths(&map.poses);
     let beside = |(i, j): (usize, usize), (k, l): (usize, usize)| {
         (path_m[i] - path_m[k]).abs() < SHORTEST_LOOP_M && (path_m[j] - path_m[l]).abs() < SHORTEST_LOOP_M
     };
-    let agreeing = map.automatic_factors.iter().filter(|a| a.chi2 <= DISAGREES_CHI2);
+    let agreeing = map.automatic_factors.iter().filter(|a| !a.disagrees());
     let mut taken: Vec<(usize, usize)> = agreeing.map(|a| (a.factor.i, a.factor.j)).collect();
     let mut open: Vec<(f64, &Candidate, f64)> = compared
         .iter()
@@ -25,7 +22,6 @@ pub(super) fn find(map: &SlamMap, compared: &[(Candidate, Outcome)]) -> Vec<Near
             }
             Outcome::Accepted(_) => None,
         })
-        .filter(|(reach_m, ..)| *reach_m < NEAR_M)
         .collect();
     open.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1.j, a.1.i).cmp(&(b.1.j, b.1.i))));
     let mut passes = Vec::new();

@@ -2,6 +2,9 @@
 
 use super::RelativeFactor;
 
+/// χ², 3 degrees of freedom, from which on a factor disagrees.
+const DISAGREES_CHI2: f64 = 16.0;
+
 /// A match between two visits of one place. Never for ever: every re-association finds all of them anew.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AutomaticFactor {
@@ -22,5 +25,10 @@ impl AutomaticFactor {
     /// Its name: the two poses, `i-j`. No two factors of a map have the same.
     pub fn name(&self) -> String {
         format!("{}-{}", self.factor.i, self.factor.j)
+    }
+
+    /// True if it disagrees with the rest of the map: more than four standard deviations off.
+    pub fn disagrees(&self) -> bool {
+        self.chi2 > DISAGREES_CHI2
     }
 }
