@@ -117,7 +117,7 @@ impl Search {
         let chosen = best.pose.translation() - start.translation();
         let elsewhere = |place: &usize| (shift(*place) - chosen).norm() > ELSEWHERE_M;
         let second = (0..places.len()).filter(elsewhere).map(|place| places[place]).fold(0.0, f64::max);
-        best.ambiguity = second / best.score.max(1e-9);
+        best.ambiguity = (second / best.score.max(1e-9)).min(1.0);
         best
     }
 
