@@ -196,7 +196,7 @@ fn fill(out: &mut dyn Write, map: &SlamMap, dialect: &Dialect) -> io::Result<()>
     for &held in map.held.iter().filter(|_| dialect.extended) {
         writeln!(out, "FIX {}", id(held))?;
     }
-    for factor in map.relative_factors.iter().chain(map.automatic_factors.iter().map(|a| &a.factor)) {
+    for factor in map.every_relative_factor() {
         let [x, y, theta] = factor.i_from_j.to_array().map(Shortest);
         write!(out, "{} {} {} {x} {y} {theta}", dialect.edge, id(factor.i), id(factor.j))?;
         let m = factor.information.matrix();

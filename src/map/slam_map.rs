@@ -83,6 +83,11 @@ impl SlamMap {
         }
     }
 
+    /// The relative factors that the map came with, then those that were found without a person.
+    pub fn every_relative_factor(&self) -> impl Iterator<Item = &RelativeFactor> {
+        self.relative_factors.iter().chain(self.automatic_factors.iter().map(|a| &a.factor))
+    }
+
     /// The poses that optimisation must not move: `held`, or the first.
     pub fn held_or_first(&self) -> Vec<usize> {
         if self.held.is_empty() && !self.poses.is_empty() { vec![0] } else { self.held.clone() }

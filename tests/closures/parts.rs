@@ -1,7 +1,7 @@
 //! The parts against naive twins.
 
 use hitl_slam::geometry::{Pose2, Vec2};
-use hitl_slam::joint::{self, Options};
+use hitl_slam::joint;
 use hitl_slam::scan_match::{Search, Surfel, SurfelMap, Window};
 use hitl_slam::solver::{Covariance, Loss, Problem};
 use nalgebra::{DMatrix, Matrix3};

@@ -103,7 +103,7 @@ impl Dice {
             observations,
             scans: (0..2 * poses).map(|k| scan(k, self)).collect(),
             human_factors: Mode::ALL.iter().map(|&mode| self.human_factor(mode, poses)).collect(),
-            automatic_factors: (0..4).map(|k| self.automatic_factor(k, poses)).collect(),
+            automatic_factors: (0..poses / 2).map(|k| self.automatic_factor(k, poses)).collect(),
             robot_from_laser: self.pose(),
             poses: chain,
         }
