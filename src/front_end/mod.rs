@@ -2,7 +2,7 @@
 //!
 //! [`Chain`] says where the poses come from. Every scan of the log gets a [`ScanRecord`]: the pose it hangs on and its
 //! offset from it, so that all scans move with the map. Poses are of the robot frame; the laser's place on the robot is
-//! applied to the points. No loop closure and no scan matching here.
+//! applied to the points. No loop closure here; [`rematch`] is for afterwards.
 
 mod chain;
 mod graph;
@@ -31,7 +31,7 @@ pub enum Chain<'a> {
     /// Every scan matched to a local map of the ones before it, with the wheels as prior.
     ScanMatch {
         /// Told the number of scans done, for a progress bar.
-        progress: &'a dyn Fn(usize),
+        progress: &'a (dyn Fn(usize) + Sync),
     },
     /// The poses that the log gives for its scans, as they stand: `LogScan::world_from_robot`.
     LoggedPoses,
