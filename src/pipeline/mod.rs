@@ -211,18 +211,21 @@ impl Corrector {
     /// # Errors
     /// [`crate::error::Error`] of the joint optimisation.
     pub fn remove(&mut self, name: &str) -> Result<bool> {
-        let (humans, automatic) = (self.map.human_factors.len(), self.map.automatic_factors.len());
+        let before = (self.map.human_factors.clone(), self.map.automatic_factors.clone());
         self.map.human_factors.retain(|f| f.id != name);
-        if self.map.human_factors.len() < humans {
+        if self.map.human_factors.len() < before.0.len() {
             self.map.automatic_factors.clear();
         } else {
             self.map.automatic_factors.retain(|a| a.name() != name);
-            if self.map.automatic_factors.len() == automatic {
+            if self.map.automatic_factors.len() == before.1.len() {
                 return Ok(false);
             }
         }
         let (mut poses, mut factors) = (self.map.poses.clone(), self.map.human_factors.clone());
-        joint::optimize(&self.map, &mut poses, &mut factors, &self.options.joint)?;
+        if let Err(error) = joint::optimize(&self.map, &mut poses, &mut factors, &self.options.joint) {
+            (self.map.human_factors, self.map.automatic_factors) = before;
+            return Err(error);
+        }
         (self.map.poses, self.map.human_factors) = (poses, factors);
         Ok(true)
     }

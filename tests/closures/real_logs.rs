@@ -6,7 +6,7 @@ use hitl_slam::front_end::{self, Chain, Options};
 use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::io;
 use hitl_slam::joint::Backend;
-use hitl_slam::map::SlamMap;
+use hitl_slam::map::{RawLog, SlamMap};
 use hitl_slam::metrics::{align, relation_errors};
 
 use super::{corrector, reassociate};
@@ -17,17 +17,20 @@ fn ours(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)
 }
 
-/// Log → chain → closed → every scan matched again.
 fn closed(log: &Path) -> SlamMap {
-    let log = io::carmen::read(log).expect("a log").value;
+    closed_log(&io::carmen::read(log).expect("a log").value)
+}
+
+/// Log → chain → closed → every scan matched again.
+fn closed_log(log: &RawLog) -> SlamMap {
     let (progress, options) = (|_| {}, Options::for_scan_matching());
     let (map, _) =
-        front_end::build(&log, Chain::ScanMatch { progress: &progress }, &options).expect("a chain");
+        front_end::build(log, Chain::ScanMatch { progress: &progress }, &options).expect("a chain");
     let mut corrector = corrector(&map, Backend::Rust);
     let report = reassociate(&mut corrector);
     assert!(!report.withdrawn, "{report:?}");
     let mut map = corrector.into_map();
-    front_end::rematch(&mut map, &log, &options, &|_| {}).expect("its own log");
+    front_end::rematch(&mut map, log, &options, &|_| {}).expect("its own log");
     map
 }
 
@@ -86,30 +89,36 @@ fn a_map_too_bent_to_tell_right_from_wrong_is_left_alone() {
     assert!(largest_distance_m(&corrector.map().poses, &map.poses) < 1e-6);
 }
 
+/// The first part of ACES, up to where the robot has come back on itself.
+fn piece() -> RawLog {
+    let mut log = io::carmen::read(&ours("aces.clf.bz2")).expect("a log").value;
+    log.scans.truncate(3000);
+    log
+}
+
 #[test]
 fn a_piece_of_a_log_is_matched_the_same_however_its_odometry_is_turned() {
-    let mut log = io::carmen::read(&ours("aces.clf.bz2")).expect("a log").value;
-    // The first two rounds of the building's middle: it comes back on itself.
-    log.scans.truncate(3000);
-    let closed = |log: &hitl_slam::map::RawLog| {
-        let (progress, options) = (|_| {}, Options::for_scan_matching());
-        let chain = Chain::ScanMatch { progress: &progress };
-        let (map, _) = front_end::build(log, chain, &options).expect("a chain");
-        let mut corrector = corrector(&map, Backend::Rust);
-        reassociate(&mut corrector);
-        let mut map = corrector.into_map();
-        front_end::rematch(&mut map, log, &options, &|_| {}).expect("its own log");
-        map
-    };
-    let upright = closed(&log);
+    let mut log = piece();
+    let upright = closed_log(&log);
     assert!(!upright.automatic_factors.is_empty(), "the piece closes a loop");
     let by = Pose2::new(3.0, -4.0, 2.1);
     for scan in &mut log.scans {
         scan.odometry_from_robot = by.compose(scan.odometry_from_robot);
     }
-    let back: Vec<Pose2> = closed(&log).trajectory().poses.iter().map(|p| by.inverse().compose(*p)).collect();
+    let turned = closed_log(&log).trajectory();
+    let back: Vec<Pose2> = turned.poses.iter().map(|p| by.inverse().compose(*p)).collect();
     let off_m = largest_distance_m(&back, &upright.trajectory().poses);
     assert!(off_m < 1e-3, "{off_m} m");
+}
+
+#[test]
+fn a_piece_of_a_log_gives_the_same_bits_on_any_number_of_threads() {
+    let log = piece();
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| closed_log(&log))
+    };
+    assert!(on(1) == on(3), "chain, automatic factors and every scan");
 }
 
 #[test]

@@ -116,7 +116,7 @@ impl Dice {
             factor,
             inliers: self.uniform(0.5, 1.0),
             ambiguity: self.uniform(0.0, 1.0),
-            weak_rad: (k % 2 == 0).then(|| self.uniform(-1.5, 1.5)),
+            weak_rad: k.is_multiple_of(2).then(|| self.uniform(-1.5, 1.5)),
             chi2: self.uniform(0.0, 30.0),
         }
     }
