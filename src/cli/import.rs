@@ -10,7 +10,7 @@ use hitl_slam::map::{RawLog, SlamMap};
 use hitl_slam::pipeline::Corrector;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Outcome, load, options::positive, out, reassociate};
+use super::{Outcome, load, options::positive, out, reassociate, report};
 
 /// Turn a log or a graph into a map.
 ///
@@ -41,6 +41,13 @@ pub struct Args {
     /// Match visits that come near each other, without any stroke: what fits closes a loop.
     #[arg(long)]
     close_loops: bool,
+
+    #[command(flatten)]
+    refused: reassociate::Refused,
+
+    /// Report of --close-loops (JSON): every automatic factor, and where visits pass each other unmatched; - prints it.
+    #[arg(long, value_name = "R.json", requires = "close_loops")]
+    report: Option<PathBuf>,
 
     #[command(flatten)]
     keyframes: Keyframes,
@@ -107,6 +114,8 @@ impl Keyframes {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<Outcome> {
     io::check_map_path(&args.output)?;
+    report::check(args.report.as_deref())?;
+    args.refused.options()?;
     let (log, mut map) = match load::source(&args.log)? {
         Source::Log(log) => {
             let map = from_log(&log, args)?;
@@ -122,7 +131,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
         _ => return Err(Error::input(args.log.display(), "found a trajectory, expected a log or a map")),
     };
     if args.close_loops {
-        map = closed(map, log.as_ref(), &args.keyframes.options(args.front_end)?)?;
+        map = closed(map, log.as_ref(), args)?;
     }
     io::write_map(&args.output, &map)?;
     let line = format!(
@@ -133,7 +142,9 @@ pub fn run(args: &Args) -> Result<Outcome> {
         map.relative_factors.len(),
         map.scans.len()
     );
-    out::print(&line)?;
+    if !report::is_on_stdout(args.report.as_deref()) {
+        out::print(&line)?;
+    }
     Ok(Outcome::Done)
 }
 
@@ -156,15 +167,19 @@ fn from_log(log: &RawLog, args: &Args) -> Result<SlamMap> {
 }
 
 /// Loops closed without a stroke; then every scan of the log is matched to the walls as all visits saw them.
-fn closed(map: SlamMap, log: Option<&RawLog>, options: &front_end::Options) -> Result<SlamMap> {
+fn closed(map: SlamMap, log: Option<&RawLog>, args: &Args) -> Result<SlamMap> {
     let mut corrector = Corrector::new(map, Default::default())?;
-    let found = reassociate::run(&mut corrector, &Default::default(), false)?;
+    let found = reassociate::run(&mut corrector, &args.refused.options()?, false)?;
     let mut map = corrector.into_map();
-    out::print(&reassociate::text(&map, &found))?;
+    if !report::is_on_stdout(args.report.as_deref()) {
+        out::print(&reassociate::text(&map, &found))?;
+    }
+    report::write(args.report.as_deref(), &reassociate::Summary::new(&map, Some(&found)))?;
     // A map that is still bent has nothing to match to.
     if let Some(log) = log.filter(|_| !found.report.withdrawn) {
         let bar = bar("matching scans again", log);
-        front_end::rematch(&mut map, log, options, &|done| bar.set_position(done as u64))?;
+        let options = args.keyframes.options(args.front_end)?;
+        front_end::rematch(&mut map, log, &options, &|done| bar.set_position(done as u64))?;
         bar.finish_and_clear();
     }
     Ok(map)

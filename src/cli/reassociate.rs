@@ -16,20 +16,35 @@ const MOST_NAMED: usize = 5;
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
     /// Do not look for loop closures after the strokes: the person's corrections alone.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "refuse")]
     no_reassociate: bool,
 
+    #[command(flatten)]
+    refused: Refused,
+}
+
+/// What a person ruled out.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Refused {
     /// Never match these two poses, nor those beside them: the name of an automatic factor that is wrong (see the report).
     /// May be given more than once.
-    #[arg(long, value_name = "I-J", conflicts_with = "no_reassociate")]
+    #[arg(long, value_name = "I-J")]
     refuse: Vec<String>,
 }
 
 impl Args {
     /// The options; `None`: not wanted.
     pub fn options(&self) -> Result<Option<Options>> {
+        let options = self.refused.options()?;
+        Ok((!self.no_reassociate).then_some(options))
+    }
+}
+
+impl Refused {
+    /// The options.
+    pub fn options(&self) -> Result<Options> {
         let refused = self.refuse.iter().map(|name| pair(name)).collect::<Result<_>>()?;
-        Ok((!self.no_reassociate).then(|| Options { refused, ..Options::default() }))
+        Ok(Options { refused, ..Options::default() })
     }
 }
 
@@ -61,9 +76,28 @@ fn show(bar: &ProgressBar, p: Progress) {
     bar.set_message(format!("round {} of at most {}", p.round + 1, p.rounds));
 }
 
+/// Re-association in a report.
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    automatic_factors: Vec<Entry>,
+    reassociation: Option<Report>,
+    reassociate_ms: f64,
+}
+
+impl Summary {
+    /// The automatic factors of a map and how they were found, if they were.
+    pub fn new(map: &SlamMap, found: Option<&Reassociation>) -> Self {
+        Summary {
+            automatic_factors: entries(map),
+            reassociation: found.map(|r| r.report.clone()),
+            reassociate_ms: found.map_or(0.0, |r| r.total_ms),
+        }
+    }
+}
+
 /// One automatic factor in a report.
 #[derive(Debug, Serialize)]
-pub struct Entry {
+struct Entry {
     name: String,
     i: usize,
     j: usize,
@@ -74,8 +108,7 @@ pub struct Entry {
     agrees: bool,
 }
 
-/// All of a map.
-pub fn entries(map: &SlamMap) -> Vec<Entry> {
+fn entries(map: &SlamMap) -> Vec<Entry> {
     let entry = |a: &AutomaticFactor| Entry {
         name: a.name(),
         i: a.factor.i,

@@ -245,6 +245,28 @@ fn loops_close_on_import_without_a_stroke() {
     let edges = bench.text("closed.g2o").lines().filter(|l| l.starts_with("EDGE_SE2")).count();
     let map = bench.map("closed.npz");
     assert_eq!(edges, map.relative_factors.len() + map.automatic_factors.len());
+    // The report: what was found; refused, one less.
+    let report: Value =
+        serde_json::from_str(&bench.good("import run/map.npz --close-loops -o c.npz --report -")).unwrap();
+    let listed = report["automatic_factors"].as_array().unwrap();
+    assert_eq!(listed.len(), map.automatic_factors.len());
+    let name = listed[0]["name"].as_str().unwrap();
+    bench.good(&format!("import run/map.npz --close-loops --refuse {name} -o c.npz"));
+    assert!(bench.map("c.npz").automatic_factors.iter().all(|a| a.name() != name));
+    bench.refused("import run/map.npz --report r.json -o d.npz", &["--close-loops"]);
     bench.scratch.file("empty.g2o", "VERTEX_SE2 0 0 0 0\n");
     bench.refused("import empty.g2o --close-loops -o o.npz", &["map: points: found none"]);
+}
+
+#[test]
+fn a_raw_log_becomes_a_closed_map_with_a_pose_for_every_scan() {
+    let bench = Bench::with_loop("close-log");
+    bench.good("export run/map.npz -o raw.log");
+    bench.good("import raw.log --front-end scan-match --close-loops -o closed.npz");
+    bench.good("import raw.log --front-end scan-match -o open.npz");
+    let (closed, open) = (bench.map("closed.npz"), bench.map("open.npz"));
+    assert!(!closed.automatic_factors.is_empty() && closed.scans.len() == open.scans.len());
+    let moved =
+        closed.scans.iter().zip(&open.scans).filter(|(a, b)| a.parent_from_robot != b.parent_from_robot);
+    assert!(moved.count() > 0, "scans between poses are matched again");
 }

@@ -52,7 +52,8 @@ fn strokes_do_not_become_worse_by_it() {
             without_m += ate_m(&without, &s.truth) / 3.0;
             with_m += ate_m(&with, &s.truth) / 3.0;
         }
-        assert!(with_m < 1.05 * without_m, "{scenario:?}: {without_m} m became {with_m} m");
+        // Two millimetres: where strokes alone leave 8 mm, three seeds differ by that.
+        assert!(with_m < without_m + 0.002, "{scenario:?}: {without_m} m became {with_m} m");
     }
 }
 

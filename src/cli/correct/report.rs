@@ -1,6 +1,5 @@
 //! The report of `hitl correct`, field by field as docs/FORMATS.md gives it.
 
-use hitl_slam::closures;
 use hitl_slam::map::Mode;
 use hitl_slam::pipeline::{self, CorrectionReport};
 use serde::Serialize;
@@ -20,9 +19,8 @@ pub struct Report {
     pub poses: usize,
     pub observations: usize,
     pub corrections: Vec<Entry>,
-    automatic_factors: Vec<reassociate::Entry>,
-    reassociation: Option<closures::Report>,
-    reassociate_ms: f64,
+    #[serde(flatten)]
+    reassociation: reassociate::Summary,
     pub total_ms: f64,
     pub peak_rss_mb: Option<f64>,
 }
@@ -94,9 +92,7 @@ impl Report {
             poses: map.poses.len(),
             observations: map.observations.len(),
             corrections: reports.iter().map(entry).collect(),
-            automatic_factors: reassociate::entries(map),
-            reassociation: reassociation.as_ref().map(|r| r.report.clone()),
-            reassociate_ms: reassociation.as_ref().map_or(0.0, |r| r.total_ms),
+            reassociation: reassociate::Summary::new(map, reassociation.as_ref()),
             total_ms: *total_ms,
             peak_rss_mb: peak_rss_mb(),
         }
