@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hitl_slam::error::{Error, Result};
-use hitl_slam::front_end::{self, Chain};
+use hitl_slam::front_end::{self, Chain, Visits};
 use hitl_slam::io::{self, Source};
 use hitl_slam::map::{RawLog, SlamMap};
 use hitl_slam::pipeline::Corrector;
@@ -149,7 +149,8 @@ pub fn run(args: &Args) -> Result<Outcome> {
 }
 
 fn from_log(log: &RawLog, args: &Args) -> Result<SlamMap> {
-    let options = args.keyframes.options(args.front_end)?;
+    let mut options = args.keyframes.options(args.front_end)?;
+    options.second_look = !args.close_loops;
     let initial = args.initial.as_deref().map(load::trajectory).transpose()?;
     let graph = args.graph.as_deref().map(load::graph).transpose()?;
     let bar = bar("matching scans", log);
@@ -175,11 +176,12 @@ fn closed(map: SlamMap, log: Option<&RawLog>, args: &Args) -> Result<SlamMap> {
         out::print(&reassociate::text(&map, &found))?;
     }
     report::write(args.report.as_deref(), &reassociate::Summary::new(&map, Some(&found)))?;
-    // A map that is still bent has nothing to match to.
-    if let Some(log) = log.filter(|_| !found.report.withdrawn) {
+    if let Some(log) = log {
+        // On a map that is still bent other visits lie beside each other.
+        let visits = if found.report.withdrawn { Visits::Own } else { Visits::All };
         let bar = bar("matching scans again", log);
         let options = args.keyframes.options(args.front_end)?;
-        front_end::rematch(&mut map, log, &options, &|done| bar.set_position(done as u64))?;
+        front_end::rematch(&mut map, log, visits, &options, &|done| bar.set_position(done as u64))?;
         bar.finish_and_clear();
     }
     Ok(map)

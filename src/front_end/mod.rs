@@ -20,7 +20,7 @@ use crate::map::{LogScan, Observations, RawLog, RelativeFactor, ScanRecord, Slam
 pub use noise::OdometryNoise;
 pub use options::Options;
 pub use points::observe;
-pub use rematch::rematch;
+pub use rematch::{Visits, rematch};
 
 /// Where the pose chain comes from.
 #[derive(Clone, Copy)]
@@ -63,7 +63,12 @@ pub fn build(log: &RawLog, chain: Chain<'_>, options: &Options) -> Result<(SlamM
         Chain::Graph { graph, stamps } => graph::skeleton(log, graph, stamps, &mut warnings)?,
         Chain::Initial(trajectory) => initial::skeleton(log, trajectory, options, &mut warnings)?,
     };
-    let map = skeleton.with_points(log, options);
+    let mut map = skeleton.with_points(log, options);
+    if let Chain::ScanMatch { progress } = chain
+        && options.second_look
+    {
+        rematch(&mut map, log, Visits::Own, options, progress)?;
+    }
     map.validate("log")?;
     Ok((map, warnings))
 }

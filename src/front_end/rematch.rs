@@ -1,6 +1,7 @@
-//! Once the loops are closed: every scan between two poses is matched to the walls around it as all visits saw them.
+//! A second look: every scan between two poses is matched again, to the walls around it as later poses saw them too.
 //!
-//! The chain matched a scan to what had been seen before it; a later visit, and the pose after it, know more.
+//! The chain matched a scan to what had been seen before it; the pose after it, and once the loops are closed the other
+//! visits, know more.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -24,6 +25,18 @@ const RADIUS_M: f64 = 25.0;
 const START_SIGMA: (f64, f64) = (0.02, 0.01);
 const SCHEDULE: Schedule = Schedule { coarse_m: 0.3, fine_m: 0.15, rounds: 8 };
 
+/// Whose walls a scan is matched to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Visits {
+    /// Those seen from the chain around it: right on a map whose loops are open.
+    Own,
+    /// Those of every visit: right once the loops are closed.
+    All,
+}
+
+/// Path from the pose up to which a visit is the scan's own, metres.
+const OWN_VISIT_M: f64 = 5.0;
+
 /// Matches every scan of the log that is not itself a pose to the map; only the scans' offsets from their poses change.
 /// `progress` is told the number of scans done.
 ///
@@ -32,6 +45,7 @@ const SCHEDULE: Schedule = Schedule { coarse_m: 0.3, fine_m: 0.15, rounds: 8 };
 pub fn rematch(
     map: &mut SlamMap,
     log: &RawLog,
+    visits: Visits,
     options: &Options,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<()> {
@@ -46,7 +60,9 @@ pub fn rematch(
         return Err(Error::input("log", message));
     }
     let done = AtomicUsize::new(0);
-    let steps = steps(map);
+    let (steps, path_m) = (steps(map), path_lengths(map));
+    let is_open =
+        |parent: usize, k: usize| visits == Visits::All || (path_m[k] - path_m[parent]).abs() < OWN_VISIT_M;
     let mut indices: Vec<usize> = (0..map.scans.len()).collect();
     indices.sort_by_key(|&s| map.scans[s].parent);
     let groups: Vec<&[usize]> =
@@ -58,7 +74,7 @@ pub fn rematch(
             let between: Vec<usize> = group.iter().copied().filter(|&s| is_between(&map.scans[s])).collect();
             let mut offsets = Vec::with_capacity(between.len());
             if !between.is_empty() {
-                let walls = walls(map, parent);
+                let walls = walls(map, parent, |k| is_open(parent, k));
                 offsets.extend(between.iter().map(|&s| {
                     let start = start(map, &steps, &map.scans[s]);
                     let (m, rad) = START_SIGMA;
@@ -104,16 +120,30 @@ fn start(map: &SlamMap, steps: &[Option<Pose2>], scan: &ScanRecord) -> Pose2 {
     from_this.interpolate(by_next, behind / (behind + ahead).max(1e-9))
 }
 
-/// The walls around a pose, of all visits, in its frame.
-fn walls(map: &SlamMap, pose: usize) -> SurfelMap {
+/// Path from the first pose to each, metres.
+fn path_lengths(map: &SlamMap) -> Vec<f64> {
+    let mut length_m = 0.0;
+    let steps = map.poses.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm());
+    let ends = steps.map(|step_m| {
+        length_m += step_m;
+        length_m
+    });
+    std::iter::once(0.0).chain(ends).collect()
+}
+
+/// The walls around a pose as the poses near it saw them that are `open`, in its frame.
+fn walls(map: &SlamMap, pose: usize, is_open: impl Fn(usize) -> bool) -> SurfelMap {
     let here = map.poses[pose];
     let reach = |k: usize| {
         let there = map.poses[k];
         (there.translation() - here.translation()).norm()
             + METRES_PER_RADIAN * angle_diff(there.theta_rad, here.theta_rad).abs()
     };
-    let mut near: Vec<(f64, usize)> =
-        (0..map.poses.len()).map(|k| (reach(k), k)).filter(|r| r.0 < REACH_M).collect();
+    let mut near: Vec<(f64, usize)> = (0..map.poses.len())
+        .filter(|&k| is_open(k))
+        .map(|k| (reach(k), k))
+        .filter(|r| r.0 < REACH_M)
+        .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     near.truncate(MOST_POSES);
     let mut points = Vec::new();

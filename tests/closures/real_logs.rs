@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use hitl_slam::front_end::{self, Chain, Options};
+use hitl_slam::front_end::{self, Chain, Options, Visits};
 use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::io;
 use hitl_slam::joint::Backend;
@@ -23,14 +23,14 @@ fn closed(log: &Path) -> SlamMap {
 
 /// Log → chain → closed → every scan matched again.
 fn closed_log(log: &RawLog) -> SlamMap {
-    let (progress, options) = (|_| {}, Options::for_scan_matching());
+    let (progress, options) = (|_| {}, Options { second_look: false, ..Options::for_scan_matching() });
     let (map, _) =
         front_end::build(log, Chain::ScanMatch { progress: &progress }, &options).expect("a chain");
     let mut corrector = corrector(&map, Backend::Rust);
     let report = reassociate(&mut corrector);
     assert!(!report.withdrawn, "{report:?}");
     let mut map = corrector.into_map();
-    front_end::rematch(&mut map, log, &options, &|_| {}).expect("its own log");
+    front_end::rematch(&mut map, log, Visits::All, &options, &|_| {}).expect("its own log");
     map
 }
 
@@ -47,6 +47,28 @@ fn relations_hold(log: &Path, relations: &Path, bound_m: f64, bound_deg: f64) {
 #[test]
 fn aces_is_better_than_cartographer_without_a_stroke() {
     relations_hold(&ours("aces.clf.bz2"), &ours("aces.relations"), 0.0340, 0.31);
+}
+
+#[test]
+fn a_map_alone_is_enough_when_its_scans_had_a_second_look() {
+    let log = io::carmen::read(&ours("aces.clf.bz2")).expect("a log").value;
+    let relations = io::relations::read(&ours("aces.relations")).expect("relations").value;
+    let chain = |options: &Options| {
+        front_end::build(&log, Chain::ScanMatch { progress: &|_| {} }, options).expect("a chain").0
+    };
+    let errors = |map: &SlamMap| {
+        let errors = relation_errors(&map.trajectory(), &relations, 0.02);
+        let short_deg = errors.by_span[0].rotation_mean_deg.expect("some");
+        (errors.translation_mean_m.expect("some"), errors.rotation_mean_deg.expect("some"), short_deg)
+    };
+    let once = chain(&Options { second_look: false, ..Options::for_scan_matching() });
+    let twice = chain(&Options::for_scan_matching());
+    assert_eq!(once.poses, twice.poses, "only the scans between poses are looked at");
+    assert!(errors(&twice).2 < 0.98 * errors(&once).2, "{:?} {:?}", errors(&once), errors(&twice));
+    let mut corrector = corrector(&twice, Backend::Rust);
+    reassociate(&mut corrector);
+    let (m, deg, _) = errors(corrector.map());
+    assert!(m <= 0.0340 && deg <= 0.31, "all relations: {m} m, {deg}°");
 }
 
 #[test]
@@ -128,7 +150,8 @@ fn another_log_is_refused_by_the_second_matching() {
     short.scans.truncate(200);
     let (mut map, _) = front_end::build(&short, Chain::Odometry, &Options::default()).expect("a chain");
     let before = map.clone();
-    let error = front_end::rematch(&mut map, &log, &Options::default(), &|_| {}).expect_err("another log");
+    let error = front_end::rematch(&mut map, &log, Visits::All, &Options::default(), &|_| {})
+        .expect_err("another log");
     assert!(error.to_string().contains("found 7374 scans, expected"), "{error}");
     assert_eq!(map, before);
 }

@@ -25,8 +25,8 @@ use super::{Outcome, load, out, reassociate, tunables};
 ///   collinear      on one line, free to slide along it
 ///   parallel       same direction
 ///   perpendicular  at a right angle
-/// Then visits that come near each other are matched with each other (re-association): what fits becomes an automatic
-/// factor, found anew every time and never for ever; --no-reassociate leaves it at the strokes.
+/// Then visits that come near each other are matched with each other (re-association): what fits
+/// becomes an automatic factor, found anew every time; --no-reassociate leaves it at the strokes.
 /// A correction that cannot be applied (no wall under a stroke, say) is rejected with its reason; the rest go on.
 /// `hitl correct MAP -c C.jsonl --interpret-only --pictures DIR` shows what the strokes catch before anything moves.
 #[derive(Debug, clap::Args)]
