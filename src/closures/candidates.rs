@@ -11,15 +11,15 @@ use rayon::prelude::*;
 
 use super::SHORTEST_LOOP_M;
 use crate::geometry::{Pose2, angle_diff};
+use crate::scan_match::reach_m;
 use crate::solver::Covariance;
 
 /// Path from one station to the next, metres.
 const STATION_SPACING_M: f64 = 2.0;
 /// … or so much turning, radians.
 const STATION_TURN_RAD: f64 = 1.0;
-/// Poses no further apart than this see the same walls, metres; a radian counts as half a metre.
+/// Poses within this reach of each other see the same walls, metres.
 const OVERLAP_M: f64 = 2.3;
-const METRES_PER_RADIAN: f64 = 0.5;
 /// Of many earlier visits the nearest.
 const MOST_VISITS: usize = 4;
 /// Half-width of the search: at least, at most, metres. Beyond, a building looks like itself too often.
@@ -40,19 +40,6 @@ pub(super) struct Candidate {
     pub heading_rad: f64,
     /// Distance as the map stands, metres; a radian counts as half a metre.
     pub reach_m: f64,
-}
-
-/// Path length from the first pose to each, metres.
-pub(super) fn path_lengths(poses: &[Pose2]) -> Vec<f64> {
-    let mut length = 0.0;
-    let steps = poses.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm());
-    std::iter::once(0.0)
-        .chain(steps.map(|step| {
-            length += step;
-            length
-        }))
-        .take(poses.len())
-        .collect()
 }
 
 /// Poses at even path lengths, of those that have points.
@@ -131,12 +118,6 @@ fn one_of_each_visit(open: impl Iterator<Item = (usize, Candidate)>) -> Vec<Cand
     visits.truncate(MOST_VISITS);
     visits.sort_by_key(|c| c.i);
     visits
-}
-
-/// How far apart two poses are for a laser: metres, a radian counting as half a metre.
-pub(super) fn reach_m(a: Pose2, b: Pose2) -> f64 {
-    (b.translation() - a.translation()).norm()
-        + METRES_PER_RADIAN * angle_diff(b.theta_rad, a.theta_rad).abs()
 }
 
 /// σ of pose j seen from pose i: largest of the position (metres), heading (radians).

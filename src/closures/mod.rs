@@ -137,7 +137,7 @@ fn search(
     told: &(dyn Fn(usize, usize) + Sync),
     cancelled: &AtomicBool,
 ) -> Result<Option<Vec<(Candidate, Outcome)>>> {
-    let path_m = candidates::path_lengths(&map.poses);
+    let path_m = map.path_lengths_m();
     let has_points = |pose: usize| !map.observations.range(pose).is_empty();
     let stations = candidates::stations(&map.poses, &path_m, has_points);
     let problem = joint::build(map, &map.poses, &map.human_factors, joint_options);

@@ -1,14 +1,15 @@
 //! Where visits come near each other and nothing matched: where the next stroke may be needed.
 
 use super::SHORTEST_LOOP_M;
-use super::candidates::{self, Candidate};
+use super::candidates::Candidate;
 use super::matching::Outcome;
 use super::report::NearPass;
 use crate::map::SlamMap;
+use crate::scan_match::reach_m;
 
 /// Pairs that were compared in vain, nearest first as the map now stands, without those beside a good match or a nearer pass.
 pub(super) fn find(map: &SlamMap, compared: &[(Candidate, Outcome)]) -> Vec<NearPass> {
-    let path_m = candidates::path_lengths(&map.poses);
+    let path_m = map.path_lengths_m();
     let beside = |(i, j): (usize, usize), (k, l): (usize, usize)| {
         (path_m[i] - path_m[k]).abs() < SHORTEST_LOOP_M && (path_m[j] - path_m[l]).abs() < SHORTEST_LOOP_M
     };
@@ -17,9 +18,7 @@ pub(super) fn find(map: &SlamMap, compared: &[(Candidate, Outcome)]) -> Vec<Near
     let mut open: Vec<(f64, &Candidate, f64)> = compared
         .iter()
         .filter_map(|(c, outcome)| match outcome {
-            Outcome::TooFewInliers(inliers) => {
-                Some((candidates::reach_m(map.poses[c.i], map.poses[c.j]), c, *inliers))
-            }
+            Outcome::TooFewInliers(inliers) => Some((reach_m(map.poses[c.i], map.poses[c.j]), c, *inliers)),
             Outcome::Accepted(_) => None,
         })
         .collect();

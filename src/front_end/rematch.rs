@@ -10,15 +10,14 @@ use rayon::prelude::*;
 use super::Options;
 use super::scan_match::cloud;
 use crate::error::{Error, Result};
-use crate::geometry::{Information, Pose2, angle_diff};
+use crate::geometry::{Information, Pose2};
 use crate::map::{RawLog, RelativeFactor, ScanRecord, SlamMap};
-use crate::scan_match::{Prior, Schedule, Surfel, SurfelMap, align};
+use crate::scan_match::{Prior, Schedule, Surfel, SurfelMap, align, reach_m};
 
 /// Poses whose walls count: the nearest, a radian counting as half a metre, …
 const MOST_POSES: usize = 25;
 /// … within this, metres.
 const REACH_M: f64 = 2.5;
-const METRES_PER_RADIAN: f64 = 0.5;
 /// Points further from the pose are left out, metres.
 const RADIUS_M: f64 = 25.0;
 /// How well the scan's place is known beforehand: σ, metres and radians.
@@ -60,7 +59,7 @@ pub fn rematch(
         return Err(Error::input("log", message));
     }
     let done = AtomicUsize::new(0);
-    let (steps, path_m) = (steps(map), path_lengths(map));
+    let (steps, path_m) = (steps(map), map.path_lengths_m());
     let is_open =
         |parent: usize, k: usize| visits == Visits::All || (path_m[k] - path_m[parent]).abs() < OWN_VISIT_M;
     let mut indices: Vec<usize> = (0..map.scans.len()).collect();
@@ -115,30 +114,14 @@ fn start(map: &SlamMap, steps: &[Option<Pose2>], scan: &ScanRecord) -> Pose2 {
     let Some(step) = steps[k] else { return from_this };
     let from_next = step.between(from_this);
     let by_next = map.poses[k].between(map.poses[k + 1]).compose(from_next);
-    let length = |p: Pose2| p.translation().norm() + METRES_PER_RADIAN * p.theta_rad.abs();
-    let (behind, ahead) = (length(from_this), length(from_next));
+    let (behind, ahead) = (reach_m(Pose2::IDENTITY, from_this), reach_m(Pose2::IDENTITY, from_next));
     from_this.interpolate(by_next, behind / (behind + ahead).max(1e-9))
-}
-
-/// Path from the first pose to each, metres.
-fn path_lengths(map: &SlamMap) -> Vec<f64> {
-    let mut length_m = 0.0;
-    let steps = map.poses.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm());
-    let ends = steps.map(|step_m| {
-        length_m += step_m;
-        length_m
-    });
-    std::iter::once(0.0).chain(ends).collect()
 }
 
 /// The walls around a pose as the poses near it saw them that are `open`, in its frame.
 fn walls(map: &SlamMap, pose: usize, is_open: impl Fn(usize) -> bool) -> SurfelMap {
     let here = map.poses[pose];
-    let reach = |k: usize| {
-        let there = map.poses[k];
-        (there.translation() - here.translation()).norm()
-            + METRES_PER_RADIAN * angle_diff(there.theta_rad, here.theta_rad).abs()
-    };
+    let reach = |k: usize| reach_m(here, map.poses[k]);
     let mut near: Vec<(f64, usize)> = (0..map.poses.len())
         .filter(|&k| is_open(k))
         .map(|k| (reach(k), k))

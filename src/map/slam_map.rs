@@ -88,6 +88,18 @@ impl SlamMap {
         self.relative_factors.iter().chain(self.automatic_factors.iter().map(|a| &a.factor))
     }
 
+    /// Length of the chain's path from the first pose to each, metres.
+    pub fn path_lengths_m(&self) -> Vec<f64> {
+        let mut length_m = 0.0;
+        let mut lengths = Vec::with_capacity(self.poses.len());
+        for (k, pose) in self.poses.iter().enumerate() {
+            let before = self.poses[k.saturating_sub(1)];
+            length_m += (pose.translation() - before.translation()).norm();
+            lengths.push(length_m);
+        }
+        lengths
+    }
+
     /// The poses that optimisation must not move: `held`, or the first.
     pub fn held_or_first(&self) -> Vec<usize> {
         if self.held.is_empty() && !self.poses.is_empty() { vec![0] } else { self.held.clone() }
