@@ -80,7 +80,7 @@ pub fn reassociate(
     let mut work = map.clone();
     work.automatic_factors.clear();
     solve(&mut work, joint_options, joint_options.automatic_loss_scale)?;
-    let unassisted = work.clone();
+    let unassisted = (work.poses.clone(), work.human_factors.clone());
     let mut report = Report::default();
     let mut last = Vec::new();
     for round in 0..options.rounds {
@@ -110,7 +110,8 @@ pub fn reassociate(
     }
     if disagreeing(&work) as f64 > MOST_DISAGREEING * work.automatic_factors.len() as f64 {
         report.withdrawn = true;
-        work = unassisted;
+        work.automatic_factors.clear();
+        (work.poses, work.human_factors) = unassisted;
     }
     report.near_passes = near_pass::find(&work, &last);
     *map = work;
