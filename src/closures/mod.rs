@@ -2,7 +2,7 @@
 //!
 //! A stage of its own after [`crate::joint`]: a stroke brings two visits near enough, this finds everything that then
 //! fits. Each round forgets all automatic factors and finds them anew from the poses of the round before, so that nothing
-//! wrong stays: [`candidates`](self) → search and refinement in the frame of the earlier visit → gates → a solve
+//! wrong stays: pairs of places → search and refinement in the frame of the earlier visit → gates → a solve
 //! under a bounded loss. Before the first round the map is solved without any automatic factor: the result depends on
 //! the chain and the person's corrections alone, never on what was found before.
 
