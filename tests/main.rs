@@ -8,6 +8,8 @@ mod support;
 mod building;
 /// The `hitl` command as a user meets it: every command, every refusal, the standard streams.
 mod cli;
+/// Re-association.
+mod closures;
 /// Readers and writers: round trips, exact messages, every prefix of every format, the real logs.
 mod formats;
 /// From a raw log to a map.
