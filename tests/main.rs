@@ -32,6 +32,8 @@ mod pipeline;
 mod render;
 /// Scan matching: its parts and the chain it makes of a real log.
 mod scan_match;
+/// Sessions: undo, replay, and a file that loses nothing.
+mod session;
 /// Simulated worlds against their own claims.
 mod simulate;
 /// Each stage of the pipeline by itself.

@@ -12,7 +12,7 @@ use hitl_slam::error::{Error, Result};
 use hitl_slam::joint::Backend;
 use hitl_slam::map::{Correction, SlamMap};
 use hitl_slam::pipeline::{CorrectionReport, Corrector, Options};
-use hitl_slam::{interpret, io};
+use hitl_slam::{interpret, io, session};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::options::at_least_one;
@@ -35,6 +35,7 @@ pub struct Args {
 
     /// Corrections, one JSON object a line: {"mode": "collinear", "a": STROKE, "b": STROKE}; a stroke is
     /// [[x, y], [x, y]] in the world, or {"pose": i, "points": …} or {"stamp": t, "points": …} in the robot's frame.
+    /// A session of `hitl serve` does, too.
     #[arg(short, long, value_name = "C.jsonl")]
     corrections: PathBuf,
 
@@ -92,7 +93,7 @@ struct Corrected {
 /// Reads and corrects one map.
 fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<Corrected> {
     let file = corrections;
-    let corrections = load::corrections(file)?;
+    let session::State { corrections, straighten, .. } = load::wanted(file)?;
     let place = map.display();
     let map = load::map(map)?;
     interpret::check(&map, &corrections).map_err(|error| in_file(file, error))?;
@@ -108,6 +109,9 @@ fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<
     } else {
         apply_all(&mut corrector, &corrections, args.input.is_dir())?
     };
+    if let Some(along) = straighten.filter(|_| !args.interpret_only) {
+        corrector.turn(session::world_from_map(&corrector, &along)?);
+    }
     let total_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(Corrected { corrector, reports, before, total_ms })
 }
