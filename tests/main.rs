@@ -32,6 +32,9 @@ mod pipeline;
 mod render;
 /// Scan matching: its parts and the chain it makes of a real log.
 mod scan_match;
+/// The interactive tool's server: who may ask, and what survives.
+#[cfg(feature = "serve")]
+mod serve;
 /// Sessions: undo, replay, and a file that loses nothing.
 mod session;
 /// Simulated worlds against their own claims.

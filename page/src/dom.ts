@@ -35,14 +35,16 @@ export function complain(error: unknown): void { toast((error as Error).message)
 
 /** A length for a person: mm below 1 cm, cm below 1 m. */
 export function length(metres: number): string {
-  if (metres < 0.0095) return `${(metres * 1000).toFixed(metres < 0.00095 ? 1 : 0)} mm`;
+  if (metres < 0.00095) return "< 1 mm";
+  if (metres < 0.0095) return `${(metres * 1000).toFixed(0)} mm`;
   if (metres < 0.995) return `${(metres * 100).toFixed(metres < 0.0995 ? 1 : 0)} cm`;
   return `${metres.toFixed(2)} m`;
 }
 
 export function angle(radians: number): string {
   const degrees = (radians * 180) / Math.PI;
-  return `${degrees.toFixed(degrees < 0.0995 ? 2 : degrees < 9.95 ? 1 : 0)}°`;
+  if (degrees < 0.05) return "< 0.1°";
+  return `${degrees.toFixed(degrees < 9.95 ? 1 : 0)}°`;
 }
 
 export function many(count: number, thing: string): string {

@@ -13,7 +13,7 @@ let space = false, paper = false;
 export function fit(): void {
   const side = $("side"), narrow = innerWidth <= 720;
   const right = side.hidden || narrow ? 24 : 316;
-  model.view.fit(model.bounds, [narrow ? 100 : 72, right, narrow && !side.hidden ? innerHeight * 0.42 : 70, 24]);
+  model.view.fit(model.bounds, [$("bar").offsetHeight + 28, right, narrow && !side.hidden ? innerHeight * 0.38 + 56 : 112, 24]);
   changed("view");
 }
 

@@ -63,6 +63,7 @@ async function reweigh(c: Correction, input: HTMLInputElement): Promise<void> {
 function show(): void {
   const state = model.state, open = $("list-toggle").getAttribute("aria-expanded") === "true";
   $("side").hidden = !state?.map || !open;
+  document.body.classList.toggle("listing", !$("side").hidden);
   if (!state?.map) return;
   const list = [...state.corrections];
   if (sorted) list.sort((p, q) => (q.chi2 ?? -1) - (p.chi2 ?? -1));

@@ -18,6 +18,9 @@ function resize(): void {
   changed("view");
 }
 
+// What lies below the bar must know how high it is.
+new ResizeObserver(() => document.documentElement.style.setProperty("--bar", `${$("bar").offsetHeight}px`)).observe($("bar"));
+
 let waiting = 0;
 
 /** What takes longer than a moment is shown, and can be given up. */

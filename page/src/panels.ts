@@ -39,7 +39,7 @@ function layers(): void {
   const map = model.state!.map!;
   const theme = el("select", { "aria-label": "Colours", onchange: (e) => setTheme((e.target as HTMLSelectElement).value) },
     ...["as the system", "light", "dark"].map((name) => el("option", { value: name, selected: (localStorage.getItem("theme") ?? "as the system") === name }, name)));
-  const heatNote = model.heat ? `${model.heat.area.toFixed(1)} m²` : "free for one pose, occupied for another";
+  const heatNote = model.heat ? `${model.heat.area.toFixed(1)} m²` : "seen free from one pose, a wall from another";
   const file = el("input", { type: "file", multiple: true, id: "backdrop-file", accept: ".pgm,.yaml,.yml,image/*", onchange: (e) => {
     openBackdrop([...((e.target as HTMLInputElement).files ?? [])]).then(layers, complain);
   } });
@@ -49,7 +49,7 @@ function layers(): void {
     tick("strokes", "Corrections", "red: earlier, blue: later"),
     tick("factors", "Relative factors along the path"),
     tick("closures", "Loop closures", map.closures ? many(map.closures, "closure") : "none in this map"),
-    tick("inconsistency", "Where the map contradicts itself", heatNote, () => void heat()),
+    tick("inconsistency", "Contradictions", heatNote, () => void heat()),
     el("h3", {}, "Under the map"),
     el("p", { class: "faint" }, "An existing map (choose .pgm and .yaml together) or any floor plan as a picture."),
     file,

@@ -17,8 +17,7 @@ let tag = 0, ghost = false, glide: Scene["glide"] = null, stilling = 0;
 worker.onmessage = ({ data }: MessageEvent<Frame>) => {
   frames.push(data);
   if (frames.length > 2000) frames.splice(0, 1000);
-  waiting.get(data.tag)?.(data);
-  waiting.delete(data.tag);
+  for (const [asked, tell] of waiting) if (asked <= data.tag) { waiting.delete(asked); tell(data); }
   if (glide && !data.gliding && data.at >= glide.start + glide.ms) glide = null;
 };
 

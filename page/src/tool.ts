@@ -207,7 +207,7 @@ function show(): void {
     const warning = strokes[k - 1]?.warning;
     if (warning) say(el("span", { class: "warn" }, `${warning}. `), "Esc: again. Or draw the ", name(), " …");
     else if (model.pen) say("Arrows move the pen, Space sets the ends of the ", name(), ".");
-    else say("Drag along ", k === 0 ? "a wall: the " : tool === "perpendicular" ? "the wall at a right angle to it: the " : tool === "parallel" ? "the wall parallel to it: the " : "its double: the ", name(), ".");
+    else say("Drag along ", k === 0 ? "a wall: the " : tool === "perpendicular" ? "the wall at a right angle to it: the " : tool === "parallel" ? "the wall parallel to it: the " : "its double: the ", name(), ".", k === 0 ? " Wheel zooms, Space+drag pans." : "");
   }
   if (seen) {
     const text = $("preview-text");

@@ -15,9 +15,6 @@ use crate::geometry::Vec2;
 use crate::map::Mode;
 use crate::session::{Answer as Done, Drawn, Event, EventResult};
 
-/// A stroke that catches the far face of a wall, or another wall: this share of its points lies that far from the rest.
-const SPREAD_WARNING_M: f64 = 0.03;
-
 type Fields = Map<String, Value>;
 type Checked<T> = std::result::Result<T, Fault>;
 
@@ -28,40 +25,13 @@ pub async fn catch(State(app): State<Arc<App>>, body: Bytes) -> Answer {
         let ends = stroke(&fields, "stroke")?;
         let desk = app.read();
         let desk = current(desk.as_ref(), &fields)?;
-        let caught = match desk.session.catch(ends) {
-            Ok(caught) => caught,
+        let (caught, warning) = match desk.session.catch(ends) {
+            Ok(found) => found,
             Err(reason) => return Ok(packed(&json!({"reason": reason, "count": 0}), &[])),
         };
-        let (segment, map) = (caught.fit.segment, desk.session.solved().corrector().map());
-        let world_from_map = desk.session.solved().world_from_map();
-        let mut square = 0.0;
-        for &(pose, p) in caught
-            .poses
-            .iter()
-            .flat_map(|(pose, n)| std::iter::repeat_n(pose, *n))
-            .zip(&caught.points)
-            .map(|(a, b)| (*a, *b))
-            .collect::<Vec<_>>()
-            .iter()
-        {
-            let at =
-                world_from_map.compose(map.poses[pose]).transform_point(map.observations.point(p as usize));
-            square += segment.along_across(at).1.powi(2);
-        }
-        let spread_m = (square / caught.points.len() as f64).sqrt();
-        let few = caught.points.len() < 3 * desk.session.solved().corrector().min_points();
-        let warning = if few {
-            Some("few points: draw along more of the wall")
-        } else if spread_m > SPREAD_WARNING_M {
-            Some("two walls, perhaps: draw where there is one only")
-        } else if !caught.fit.settled {
-            Some("the wall is not clear: draw along a straight piece")
-        } else {
-            None
-        };
         let head = json!({
-            "segment": ends_json(segment.ends()), "count": caught.points.len(), "poses": caught.poses.len(),
-            "spread_m": spread_m, "warning": warning,
+            "segment": ends_json(caught.fit.segment.ends()), "count": caught.points.len(),
+            "poses": caught.poses.len(), "warning": warning,
         });
         let points: Vec<u8> = caught.points.iter().flat_map(|p| p.to_le_bytes()).collect();
         Ok(packed(&head, &[&points]))

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::caution::caution;
 use super::{Content, Entry, Event, History, Log, Solved, Source, State, Summary, read};
 use crate::error::{Error, Result};
 use crate::geometry::Vec2;
@@ -104,16 +105,18 @@ impl Session {
         Summary::new(&self.times_s, self.state(), &self.solved)
     }
 
-    /// What a stroke catches, drawn on the map as it is shown; the segment is in that frame too.
+    /// What a stroke catches, drawn on the map as it is shown (the segment is in that frame too), and what to be
+    /// careful of.
     ///
     /// # Errors
     /// The reason, for a person, why it catches nothing.
-    pub fn catch(&self, ends: [Vec2; 2]) -> std::result::Result<Caught, String> {
-        let world_from_map = self.solved.world_from_map();
-        let mut caught =
-            self.solved.corrector().catch(ends.map(|p| world_from_map.inverse().transform_point(p)))?;
+    pub fn catch(&self, ends: [Vec2; 2]) -> std::result::Result<(Caught, Option<String>), String> {
+        let (corrector, world_from_map) = (self.solved.corrector(), self.solved.world_from_map());
+        let map_from_world = world_from_map.inverse();
+        let mut caught = corrector.catch(ends.map(|p| map_from_world.transform_point(p)))?;
+        let caution = caution(corrector, &caught);
         caught.fit.segment = caught.fit.segment.transformed(world_from_map);
-        Ok(caught)
+        Ok((caught, caution))
     }
 
     /// A stroke drawn on the map as it is shown, in the frame of the pose that saw most of it.

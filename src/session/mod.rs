@@ -5,6 +5,7 @@
 //! ([`Session`] solves only what changed, and gives the same bytes), so that undo is a step back in a list, a
 //! correction can be switched off, reweighted or deleted at any time, and [`replay`] is the very same thing.
 
+mod caution;
 mod event;
 mod history;
 mod live;

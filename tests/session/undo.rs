@@ -145,7 +145,7 @@ fn a_straightened_wall_lies_along_an_axis_whatever_comes_later() {
         done(&mut session, event);
         let Stroke::Pose { pose, points } = c.b else { unreachable!() };
         let shown = session.solved().map().poses[pose];
-        let caught = session.catch(points.map(|p| shown.transform_point(p))).unwrap();
+        let (caught, _) = session.catch(points.map(|p| shown.transform_point(p))).unwrap();
         let off = super::off_axis(hitl_slam::geometry::Pose2::IDENTITY, caught.fit.segment.direction_rad);
         assert!(off < 1e-9, "{off}");
     }

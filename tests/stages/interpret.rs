@@ -1,7 +1,7 @@
 //! Stage 1: a stroke drawn with a shaky hand finds its wall, its face, its poses.
 
 use hitl_slam::geometry::{Pose2, Vec2};
-use hitl_slam::interpret::{Caught, Options, Reach, catch};
+use hitl_slam::interpret::{Caught, Options, Reach, catch, two_walls};
 use hitl_slam::map::Observations;
 
 use crate::support::Dice;
@@ -112,4 +112,23 @@ fn what_a_stroke_catches_is_what_a_naive_search_finds() {
         }
     }
     assert_eq!(caught.points, naive);
+}
+
+#[test]
+fn two_walls_under_one_stroke_are_told_from_one_thick_one() {
+    let dice = &mut Dice::new(11);
+    for _ in 0..200 {
+        let sigma = dice.uniform(0.005, 0.04);
+        let one: Vec<f64> = (0..300).map(|_| dice.normal(sigma)).collect();
+        assert_eq!(two_walls(&one), None, "one wall, σ {sigma}");
+        let band: Vec<f64> = (0..300).map(|_| dice.uniform(-0.1, 0.1)).collect();
+        assert_eq!(two_walls(&band), None, "a band");
+        let (apart, share) = (dice.uniform(0.07, 0.15), dice.uniform(0.25, 0.75));
+        let of_two = |k: usize| if (k as f64) < 300.0 * share { apart } else { 0.0 };
+        let two: Vec<f64> = (0..300).map(|k| of_two(k) + dice.normal(apart / 8.0)).collect();
+        let found = two_walls(&two).expect("two walls");
+        assert!((found - apart).abs() < 0.01, "{found} for {apart}");
+    }
+    assert_eq!(two_walls(&[]), None);
+    assert_eq!(two_walls(&[0.01]), None);
 }
