@@ -5,7 +5,7 @@ import { complain } from "./dom";
 import { changed, measureBounds, model } from "./model";
 import { drawn, sendPoints, sendPoses } from "./raster";
 
-export const commitTimes = { asked: 0, screen: 0, server: 0 };
+export const commitTimes = { asked: 0, answer: 0, screen: 0, server: 0 };
 
 /** The poses of an answer become the map on screen. */
 export function takePoses(packed: Packed<{ revision: number; poses: number; server_ms: number }>): void {
@@ -16,6 +16,7 @@ export function takePoses(packed: Packed<{ revision: number; poses: number; serv
   sendPoses(old);
   changed("poses");
   commitTimes.server = packed.head.server_ms;
+  commitTimes.answer = performance.now() - commitTimes.asked;
   void drawn().then(() => { commitTimes.screen = performance.now() - commitTimes.asked; });
 }
 

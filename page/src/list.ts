@@ -10,6 +10,7 @@ let sorted = false;
 
 export function startList(): void {
   $("sort").onclick = () => { sorted = !sorted; $("sort").setAttribute("aria-pressed", String(sorted)); show(); };
+  $("turn-back").onclick = () => void act({ event: "straighten", along: null });
   $("list-toggle").onclick = () => {
     const open = $("list-toggle").getAttribute("aria-expanded") !== "true";
     $("list-toggle").setAttribute("aria-expanded", String(open));
@@ -71,6 +72,7 @@ function show(): void {
   $("list-toggle").textContent = list.length ? `List ${list.length}` : "List";
   $("empty").hidden = list.length > 0;
   $("sort").hidden = list.length < 2;
+  $("straightened").hidden = !state.straightened;
   // What is typed into, or focused, stays so.
   const focused = document.activeElement?.closest("#list") ? [...$("list").querySelectorAll("input,button,li")].indexOf(document.activeElement) : -1;
   $("list").replaceChildren(...list.map(item));

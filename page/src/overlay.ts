@@ -153,18 +153,19 @@ function factors(poses: Float64Array, closures: boolean): void {
   context.globalAlpha = 1;
 }
 
+/** Cells that contradict each other; the worst hundredth is solid, what is common is faint. */
 function heat(): void {
-  const { cells, resolution } = model.heat!;
-  const size = Math.max(1.5, resolution * model.view.scale);
+  const { cells, resolution } = model.heat!, { view } = model;
+  const size = Math.max(1, resolution * view.scale);
+  const counts = Float32Array.from({ length: cells.length / 3 }, (_, k) => cells[3 * k + 2]).sort();
+  const worst = Math.log2(1 + (counts[Math.floor(counts.length * 0.99)] ?? 1));
   context.fillStyle = css("--bad");
-  const most = 8;
-  for (let level = 1; level <= 4; level++) {
-    context.globalAlpha = 0.12 + 0.18 * level;
+  for (let level = 0; level < 4; level++) {
+    context.globalAlpha = [0.06, 0.2, 0.45, 0.9][level];
     for (let k = 0; k < cells.length; k += 3) {
-      const share = Math.min(4, 1 + Math.floor((4 * Math.log2(1 + cells[k + 2])) / (1 + most)));
-      if (share !== level) continue;
-      const [x, y] = model.view.toScreen([cells[k], cells[k + 1]]);
-      if (x > -9 && y > -9 && x < model.view.width + 9 && y < model.view.height + 9) context.fillRect(x - size / 2, y - size / 2, size, size);
+      if (Math.min(3, Math.floor((4 * Math.log2(1 + cells[k + 2])) / worst)) !== level) continue;
+      const [x, y] = view.toScreen([cells[k], cells[k + 1]]);
+      if (x > -9 && y > -9 && x < view.width + 9 && y < view.height + 9) context.fillRect(x - size / 2, y - size / 2, size, size);
     }
   }
   context.globalAlpha = 1;

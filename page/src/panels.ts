@@ -178,7 +178,7 @@ async function session(): Promise<void> {
   const figures = el("div", { class: "big" });
   const figure = (value: string, what: string) => figures.append(el("div", {}, el("b", {}, value), el("span", { class: "faint" }, what)));
   figure(String(summary.corrections), summary.corrections === 1 ? "correction" : "corrections");
-  figure(summary.minutes < 0.95 ? `${Math.round(summary.minutes * 60)} s` : `${summary.minutes.toFixed(0)} min`, "of work");
+  figure(summary.minutes < 0.95 ? "< 1 min" : `${summary.minutes.toFixed(0)} min`, "of work");
   figure(length(summary.moved_m), "moved at most");
   if (summary.worst_offset_m !== null) figure(length(summary.worst_offset_m), "largest offset left");
   const image = el("img", { alt: "The map before and after", id: "summary-picture" }) as HTMLImageElement;

@@ -14,16 +14,25 @@ export const frames: Frame[] = [];
 const waiting = new Map<number, (frame: Frame) => void>();
 let tag = 0, ghost = false, glide: Scene["glide"] = null, stilling = 0;
 
-worker.onmessage = ({ data }: MessageEvent<Frame>) => {
+worker.onmessage = ({ data }: MessageEvent<Frame | "lost">) => {
+  if (data === "lost") return give("never");
   frames.push(data);
   if (frames.length > 2000) frames.splice(0, 1000);
   for (const [asked, tell] of waiting) if (asked <= data.tag) { waiting.delete(asked); tell(data); }
   if (glide && !data.gliding && data.at >= glide.start + glide.ms) glide = null;
 };
 
+/** Gives the worker a canvas; one that has lost its GPU is of no use any more. */
+function give(gpu: "auto" | "always" | "never"): void {
+  const old = $<HTMLCanvasElement>("points"), fresh = old.cloneNode() as HTMLCanvasElement;
+  old.replaceWith(fresh);
+  const canvas = fresh.transferControlToOffscreen();
+  tell({ kind: "canvas", canvas, gpu }, [canvas]);
+}
+
 export function startRaster(): void {
-  const canvas = $<HTMLCanvasElement>("points").transferControlToOffscreen();
-  tell({ kind: "canvas", canvas }, [canvas]);
+  const wanted = new URLSearchParams(location.search).get("gpu");
+  give(wanted === "always" || wanted === "never" ? wanted : "auto");
   on(["view"], () => sendView(false));
   on(["layers", "tool", "theme", "state"], sendScene);
 }

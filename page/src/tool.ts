@@ -4,7 +4,7 @@ import { Refusal, block, postPacked, type Ends, type Mode, type Point } from "./
 import { act, takePoses } from "./act";
 import { $, complain, el, icon, length, angle, toast } from "./dom";
 import { changed, model, on, type Caught, type Preview, type Tool } from "./model";
-import { sendGhost } from "./raster";
+import { drawn, sendGhost } from "./raster";
 import { planPoint } from "./panels";
 
 export const MODES: { mode: Mode | "straighten"; name: string; key: string; tip: string }[] = [
@@ -105,7 +105,7 @@ const pixels = ([p, q]: Ends): number => Math.hypot(p[0] - q[0], p[1] - q[1]) * 
 export async function release(at: Point): Promise<void> {
   if (!model.drawing) return;
   const drawn: Ends = [model.drawing.drawn[0], at];
-  times.release = performance.now();
+  Object.assign(times, { release: performance.now(), preview: 0 });
   if (pixels(drawn) < 5) { model.drawing = null; changed("tool"); return; }
   try {
     if (model.tool === "straighten") {
@@ -116,12 +116,18 @@ export async function release(at: Point): Promise<void> {
       await act({ event: "straighten", stroke: drawn });
       return;
     }
+    if (model.strokes.length === 1) {
+      // What the second stroke catches comes with the ghost.
+      model.strokes = [...model.strokes, { ...model.drawing, drawn }];
+      model.drawing = null;
+      await preview();
+      return;
+    }
     const caught = await ask(drawn);
     model.drawing = null;
-    if (caught.reason) { changed("tool"); toast(`Nothing caught: ${caught.reason}. Draw again, along a wall.`); return; }
+    if (caught.reason) { changed("tool"); nothing(caught.reason); return; }
     model.strokes = [...model.strokes, caught];
     changed("tool");
-    if (model.strokes.length === 2) await preview();
   } catch (error) {
     model.drawing = null;
     changed("tool");
@@ -129,7 +135,9 @@ export async function release(at: Point): Promise<void> {
   }
 }
 
-type PreviewHead = Omit<Preview, "ms"> & { poses: number; server_ms: number };
+type PreviewHead = Omit<Preview, "ms"> & { poses: number; server_ms: number; b: CaughtHead };
+
+function nothing(reason: string): void { toast(`Nothing caught: ${reason}. Draw again, along a wall.`); }
 
 const asked = () => ({ mode: model.tool, a: model.strokes[0].drawn, b: model.strokes[1].drawn, weight: Number($<HTMLInputElement>("weight").value) || 1, revision: model.revision });
 
@@ -143,10 +151,21 @@ export async function preview(): Promise<void> {
     const packed = await postPacked<PreviewHead>("/api/preview", asked(), mine.signal);
     if (mine.signal.aborted) return;
     model.busy = false;
-    model.preview = { ...packed.head, ms: packed.head.server_ms };
-    sendGhost(packed.head.poses ? block(packed, Float64Array, 3 * packed.head.poses) : null);
+    const { poses, server_ms, b } = packed.head;
+    if (b.reason) {
+      model.strokes = model.strokes.slice(0, 1);
+      changed("tool");
+      nothing(b.reason);
+      return;
+    }
+    const ghost = poses ? block(packed, Float64Array, 3 * poses) : null;
+    const { segment = null, count, warning } = b;
+    model.strokes = [model.strokes[0], { drawn: model.strokes[1].drawn, segment, count, warning, poses: b.poses ?? 0, points: block(packed, Uint32Array, count) }];
+    model.preview = { ...packed.head, ms: server_ms };
+    sendGhost(ghost);
     changed("tool");
-    [times.preview, times.server] = [performance.now() - times.release, packed.head.server_ms];
+    times.server = server_ms;
+    void drawn().then(() => { times.preview = performance.now() - times.release; });
   } catch (error) {
     if (mine.signal.aborted) return;
     model.busy = false;
@@ -202,7 +221,10 @@ function show(): void {
     say(...parts);
   } else if (model.busy) say("Working out what the map would be …");
   else if (seen && !seen.accepted) say(el("span", { class: "bad" }, "This cannot be applied. "), "Esc: draw the second stroke again.");
-  else if (seen) say("The ghost is the corrected map. Enter applies it, Esc draws again.");
+  else if (seen) {
+    const warning = strokes[1]?.warning;
+    say(...(warning ? [el("span", { class: "warn" }, `Second stroke: ${warning}. `)] : []), "The ghost is the corrected map. Enter applies it, Esc draws again.");
+  }
   else {
     const warning = strokes[k - 1]?.warning;
     if (warning) say(el("span", { class: "warn" }, `${warning}. `), "Esc: again. Or draw the ", name(), " …");

@@ -1,4 +1,7 @@
-// Draws the points, away from the page's own thread: a count a pixel, then a colour a count. No GPU is needed.
+// Draws the points, away from the page's own thread: a count a pixel, then a colour a count. No GPU is needed; where there
+// is one, it draws (gpu.ts).
+
+import { Gpu, hasGpu } from "./gpu";
 
 export interface Layer { poses: string; rgb: [number, number, number]; alpha: number }
 export interface Scene {
@@ -12,14 +15,14 @@ export interface Scene {
 }
 export interface View { x: number; y: number; scale: number; width: number; height: number; ratio: number; moving: boolean }
 export type ToWorker =
-  | { kind: "canvas"; canvas: OffscreenCanvas }
+  | { kind: "canvas"; canvas: OffscreenCanvas; gpu: "auto" | "always" | "never" }
   | { kind: "points"; starts: Uint32Array; points: Float32Array }
   | { kind: "poses"; name: string; poses: Float64Array | null }
   | { kind: "view"; view: View }
   | { kind: "scene"; scene: Scene };
-export interface Frame { ms: number; tag: number; stride: number; at: number; gliding: boolean }
+export interface Frame { ms: number; tag: number; stride: number; at: number; gliding: boolean; by: "cpu" | "gpu" }
 
-let context: OffscreenCanvasRenderingContext2D | null = null;
+let context: OffscreenCanvasRenderingContext2D | null = null, gpu: Gpu | null = null, canvas: OffscreenCanvas | null = null;
 let starts = new Uint32Array(1), points = new Float32Array(0), reach = new Float32Array(0);
 const poseSets = new Map<string, Float64Array>();
 let view: View = { x: 0, y: 0, scale: 20, width: 1, height: 1, ratio: 1, moving: false };
@@ -38,14 +41,25 @@ function schedule(): void {
 
 self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
   switch (data.kind) {
-    case "canvas": context = data.canvas.getContext("2d", { desynchronized: true }) as OffscreenCanvasRenderingContext2D; break;
-    case "points": ({ starts, points } = data as { starts: Uint32Array<ArrayBuffer>; points: Float32Array<ArrayBuffer> }); measureReach(); break;
-    case "poses": data.poses ? poseSets.set(data.name, data.poses) : poseSets.delete(data.name); break;
+    case "canvas": take(data.canvas, data.gpu); break;
+    case "points": ({ starts, points } = data as { starts: Uint32Array<ArrayBuffer>; points: Float32Array<ArrayBuffer> }); measureReach(); gpu?.points(starts, points); break;
+    case "poses": data.poses ? poseSets.set(data.name, data.poses) : poseSets.delete(data.name); gpu?.poses(data.name, data.poses); break;
     case "view": view = data.view; break;
     case "scene": scene = data.scene; break;
   }
   schedule();
 };
+
+function take(given: OffscreenCanvas, wanted: "auto" | "always" | "never"): void {
+  canvas = given;
+  [gpu, context] = [null, null];
+  if (wanted === "always" || (wanted === "auto" && hasGpu())) gpu = Gpu.on(given);
+  if (gpu) {
+    gpu.points(starts, points);
+    for (const [name, poses] of poseSets) gpu.poses(name, poses);
+    given.addEventListener("webglcontextlost", () => self.postMessage("lost"));
+  } else context = given.getContext("2d", { desynchronized: true }) as OffscreenCanvasRenderingContext2D;
+}
 
 /** How far each pose's points go: what is off screen is left out as a whole. */
 function measureReach(): void {
@@ -136,47 +150,70 @@ function light(out: Uint32Array, poses: Float64Array, indices: Uint32Array, [r, 
   }
 }
 
-function draw(): void {
-  if (!context || reach.length === 0) return;
-  const begun = performance.now();
-  const w = Math.max(1, Math.round(view.width * view.ratio)), h = Math.max(1, Math.round(view.height * view.ratio));
-  if (!image || image.width !== w || image.height !== h) {
-    [context.canvas.width, context.canvas.height] = [w, h];
-    image = new ImageData(w, h);
-    counts = new Int32Array(w * h);
-  }
-  const out = new Uint32Array(image.data.buffer);
-  out.fill(0);
-  let t = 1;
-  if (scene.glide) t = Math.min(1, Math.max(0, (Date.now() - scene.glide.start) / scene.glide.ms));
-  const gliding = scene.glide !== null && t < 1;
-  const whole = points.length / 2 * Math.max(1, scene.layers.length);
-  // While something moves, as many points as 12 ms are good for; all of them when it stands still.
-  const stride = view.moving || gliding ? Math.min(16, Math.max(1, Math.ceil((whole * msAPoint) / 12))) : 1;
-  const size = view.scale > 220 ? 3 : view.scale > 70 ? 2 : 1;
-  let drawn = 0;
+/** The layers as they are now: a gliding one has poses and strength of its own. */
+function present(): { layers: { layer: Layer; poses: Float64Array; alpha: number }[]; gliding: boolean } {
+  const { glide } = scene;
+  const t = glide ? Math.min(1, Math.max(0, (Date.now() - glide.start) / glide.ms)) : 1;
+  const layers = [];
   for (const layer of scene.layers) {
     let poses = poseSets.get(layer.poses), alpha = layer.alpha;
-    if (scene.glide?.layer === layer.poses) {
-      const from = poseSets.get(scene.glide.from), to = poseSets.get(scene.glide.to);
-      if (!gliding || !from || !to || from.length !== to.length) continue;
+    if (glide?.layer === layer.poses) {
+      const from = poseSets.get(glide.from), to = poseSets.get(glide.to);
+      if (t >= 1 || !from || !to || from.length !== to.length) continue;
       poses = between(from, to, 1 - (1 - t) ** 3);
       alpha *= 1 - t ** 3;
     }
-    if (!poses || poses.length !== 3 * reach.length) continue;
-    counts.fill(0);
-    drawn += count(poses, stride) / stride;
-    paint(out, table(layer.rgb, alpha, stride), size * Math.max(1, Math.round(view.ratio)), w, h);
+    if (poses?.length === 3 * reach.length) layers.push({ layer, poses, alpha });
   }
-  const first = scene.layers.length ? poseSets.get(scene.layers[0].poses) : undefined;
-  if (first && first.length === 3 * reach.length) for (const { indices, rgb } of scene.lit) light(out, first, indices, rgb, w, h);
-  context.putImageData(image, 0, 0);
-  const ms = performance.now() - begun;
-  if (drawn > 20_000) msAPoint = 0.8 * msAPoint + 0.2 * (ms / drawn);
-  self.postMessage({ ms, tag: scene.tag, stride, at: Date.now(), gliding } satisfies Frame);
+  return { layers, gliding: t < 1 };
+}
+
+function draw(): void {
+  if (!canvas || reach.length === 0) return;
+  const begun = performance.now();
+  const w = Math.max(1, Math.round(view.width * view.ratio)), h = Math.max(1, Math.round(view.height * view.ratio));
+  if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
+  const { layers, gliding } = present();
+  const size = (view.scale > 220 ? 3 : view.scale > 70 ? 2 : 1) * Math.max(1, Math.round(view.ratio));
+  const stride = gpu ? 1 : byCpu(layers, gliding, size, w, h);
+  if (gpu) byGpu(gpu, layers, size, w, h);
+  self.postMessage({ ms: performance.now() - begun, tag: scene.tag, stride, at: Date.now(), gliding, by: gpu ? "gpu" : "cpu" } satisfies Frame);
   if (gliding) schedule();
   else if (stride > 1) {
     clearTimeout(sharpen);
     sharpen = setTimeout(() => { view = { ...view, moving: false }; schedule(); }, 140) as unknown as number;
   }
+}
+
+function byGpu(gl: Gpu, layers: { layer: Layer; poses: Float64Array; alpha: number }[], size: number, w: number, h: number): void {
+  gl.begin(w, h);
+  for (const { layer, poses, alpha } of layers) {
+    const glides = scene.glide?.layer === layer.poses;
+    if (glides) gl.poses("gliding", poses);
+    gl.layer(glides ? "gliding" : layer.poses, layer.rgb, alpha, size, view);
+  }
+  if (layers[0]) for (const { indices, rgb } of scene.lit) gl.light(layers[0].layer.poses, starts, points, indices, rgb, Math.max(2, size), view);
+}
+
+/** Draws; returns which share of the points: every n-th. */
+function byCpu(layers: { layer: Layer; poses: Float64Array; alpha: number }[], gliding: boolean, size: number, w: number, h: number): number {
+  if (!image || image.width !== w || image.height !== h) {
+    image = new ImageData(w, h);
+    counts = new Int32Array(w * h);
+  }
+  const begun = performance.now(), out = new Uint32Array(image.data.buffer);
+  out.fill(0);
+  const whole = (points.length / 2) * Math.max(1, layers.length);
+  // While something moves, as many points as 12 ms are good for; all of them when it stands still.
+  const stride = view.moving || gliding ? Math.min(16, Math.max(1, Math.ceil((whole * msAPoint) / 12))) : 1;
+  let drawn = 0;
+  for (const { layer, poses, alpha } of layers) {
+    counts.fill(0);
+    drawn += count(poses, stride) / stride;
+    paint(out, table(layer.rgb, alpha, stride), size, w, h);
+  }
+  if (layers[0]) for (const { indices, rgb } of scene.lit) light(out, layers[0].poses, indices, rgb, w, h);
+  context?.putImageData(image, 0, 0);
+  if (drawn > 20_000) msAPoint = 0.8 * msAPoint + 0.2 * ((performance.now() - begun) / drawn);
+  return stride;
 }

@@ -279,3 +279,43 @@ test("the paper's keys", async () => {
   assert.deepEqual((await person.corrections()).map((c) => c.mode), ["collinear"]);
   await done({ served, person });
 });
+
+test("a GPU draws the same picture as the CPU", async () => {
+  const { served, person } = await demo();
+  // Software WebGL here: slow, and the same program.
+  const other = await Person.at(chromium, `${served.url}&gpu=always`);
+  await other.ready();
+  assert.equal(await other.page.evaluate(() => window.hitl.frames.at(-1).by), "gpu");
+  assert.equal(await person.page.evaluate(() => window.hitl.frames.at(-1).by), "cpu");
+  const picture = async ({ page }) => {
+    await page.evaluate(() => { for (const id of ["overlay", "bar", "side", "status", "scale"]) document.getElementById(id).style.visibility = "hidden"; });
+    await page.waitForTimeout(400);
+    return [...(await page.screenshot())];
+  };
+  /** Of the pixels that are lit in one, the share with a lit one next to it in the other. */
+  const alike = await person.page.evaluate(async (pictures) => {
+    const lit = await Promise.all(pictures.map(async (bytes) => {
+      const image = await createImageBitmap(new Blob([new Uint8Array(bytes)]));
+      const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+      context.drawImage(image, 0, 0);
+      const { data, width, height } = context.getImageData(0, 0, image.width, image.height);
+      return { width, height, at: Uint8Array.from({ length: width * height }, (_, k) => Number(data[4 * k] - data[4 * k + 2] > 60)) };
+    }));
+    const share = (p, q) => {
+      let [all, met] = [0, 0];
+      for (let y = 1; y < p.height - 1; y++) for (let x = 1; x < p.width - 1; x++) {
+        if (!p.at[y * p.width + x]) continue;
+        all++;
+        let near = 0;
+        for (const dy of [-1, 0, 1]) for (const dx of [-1, 0, 1]) near |= q.at[(y + dy) * p.width + x + dx];
+        met += near;
+      }
+      return [all, met / all];
+    };
+    return [share(lit[0], lit[1]), share(lit[1], lit[0])];
+  }, [await picture(person), await picture(other)]);
+  for (const [all, share] of alike) assert.ok(all > 5000 && share > 0.97, JSON.stringify(alike));
+  assert.deepEqual(other.faults, []);
+  await other.page.context().close();
+  await done({ served, person });
+});

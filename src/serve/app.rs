@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use tokio::sync::watch;
 
 use super::view;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::front_end;
 use crate::session::{self, Session, Source};
 
@@ -90,6 +90,9 @@ impl App {
         let work = self.begin(format!("opening {name}"));
         let source = Source::of(input)?;
         let read = front_end::open(input)?;
+        if work.is_cancelled() {
+            return Err(Error::input(name, "found that it was given up, expected to be opened"));
+        }
         let log = log.map_or_else(|| session::log_path(&source), Path::to_path_buf);
         // The session that is open may be the one to be opened: it is closed first, and opened again if need be.
         let mut desk = self.write();

@@ -13,7 +13,7 @@ use super::view;
 use super::wire::{Answer, Fault, aside, ends_json, object, packed, pose_bytes};
 use crate::geometry::Vec2;
 use crate::map::Mode;
-use crate::session::{Answer as Done, Drawn, Event, EventResult};
+use crate::session::{Answer as Done, Drawn, Event, EventResult, Look};
 
 type Fields = Map<String, Value>;
 type Checked<T> = std::result::Result<T, Fault>;
@@ -25,21 +25,26 @@ pub async fn catch(State(app): State<Arc<App>>, body: Bytes) -> Answer {
         let ends = stroke(&fields, "stroke")?;
         let desk = app.read();
         let desk = current(desk.as_ref(), &fields)?;
-        let (caught, warning) = match desk.session.catch(ends) {
-            Ok(found) => found,
-            Err(reason) => return Ok(packed(&json!({"reason": reason, "count": 0}), &[])),
-        };
-        let head = json!({
-            "segment": ends_json(caught.fit.segment.ends()), "count": caught.points.len(),
-            "poses": caught.poses.len(), "warning": warning,
-        });
-        let points: Vec<u8> = caught.points.iter().flat_map(|p| p.to_le_bytes()).collect();
+        let (head, points) = looked(&desk.session.catch(ends));
         Ok(packed(&head, &[&points]))
     })
     .await
 }
 
-/// `POST /api/preview {mode, a, b, weight, revision}`: the poses as they would be.
+/// What a stroke caught, and its points (u32).
+fn looked(look: &Look) -> (Value, Vec<u8>) {
+    let (caught, warning) = match look {
+        Ok(found) => found,
+        Err(reason) => return (json!({"reason": reason, "count": 0}), Vec::new()),
+    };
+    let head = json!({
+        "segment": ends_json(caught.fit.segment.ends()), "count": caught.points.len(),
+        "poses": caught.poses.len(), "warning": warning,
+    });
+    (head, caught.points.iter().flat_map(|p| p.to_le_bytes()).collect())
+}
+
+/// `POST /api/preview {mode, a, b, weight, revision}`: the poses as they would be, and what stroke b caught.
 pub async fn preview(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     aside(app, move |app| {
         let start = Instant::now();
@@ -48,14 +53,16 @@ pub async fn preview(State(app): State<Arc<App>>, body: Bytes) -> Answer {
         let mut desk = app.write();
         let desk = desk.as_mut().ok_or_else(Fault::nothing_open)?;
         current(Some(desk), &fields)?;
+        let (caught, points) = looked(&desk.session.catch(drawn.strokes[1]));
         let correction = desk.session.correction(&drawn);
         let world_from_map = desk.session.solved().world_from_map();
         let proposal = desk.session.preview(&correction)?;
         let mut head = view::report(&proposal.report);
         let poses = proposal.state.as_ref().map(|s| pose_bytes(&s.poses, world_from_map)).unwrap_or_default();
         head["poses"] = json!(poses.len() / 24);
+        head["b"] = caught;
         head["server_ms"] = json!(start.elapsed().as_secs_f64() * 1e3);
-        Ok(packed(&head, &[&poses]))
+        Ok(packed(&head, &[&poses, &points]))
     })
     .await
 }

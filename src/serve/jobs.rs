@@ -58,7 +58,8 @@ pub async fn crosscheck(State(app): State<Arc<App>>) -> Answer {
             };
             (source, s.state().corrections.clone(), s.state().settings.options())
         })?;
-        let found = check::run(map, &corrections, &options)?;
+        let mut progress = |done, of| working.progress(done, of);
+        let found = check::run_while(map, &corrections, &options, &mut progress)?;
         if working.is_cancelled() {
             return Err(given_up());
         }

@@ -1,6 +1,7 @@
 //! A session as it runs: the map on screen, the person's next move, the file behind it.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use super::caution::caution;
 use super::{Content, Entry, Event, History, Log, Solved, Source, State, Summary, read};
@@ -24,6 +25,12 @@ pub struct Drawn {
     pub weight: f64,
 }
 
+/// What a stroke catches and what to be careful of, or why it catches nothing.
+pub type Look = std::result::Result<(Caught, Option<String>), String>;
+
+/// The last strokes that were looked at need not be worked out again: the page asks for each more than once.
+const LOOKS_KEPT: usize = 4;
+
 /// What became of an event.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
@@ -43,6 +50,7 @@ pub struct Session {
     history: History,
     log: Log,
     times_s: Vec<u64>,
+    looked: Mutex<Vec<([Vec2; 2], Look)>>,
 }
 
 impl Session {
@@ -72,7 +80,8 @@ impl Session {
             ));
         }
         let times_s = content.entries.iter().map(|e| e.at_s).collect();
-        Ok((Session { source, solved, history, log, times_s }, content.remark.into_iter().collect()))
+        let looked = Mutex::default();
+        Ok((Session { source, solved, history, log, times_s, looked }, content.remark.into_iter().collect()))
     }
 
     /// The map's file.
@@ -110,24 +119,34 @@ impl Session {
     ///
     /// # Errors
     /// The reason, for a person, why it catches nothing.
-    pub fn catch(&self, ends: [Vec2; 2]) -> std::result::Result<(Caught, Option<String>), String> {
+    pub fn catch(&self, ends: [Vec2; 2]) -> Look {
+        let mut looked = self.looked.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, seen)) = looked.iter().find(|(known, _)| *known == ends) {
+            return seen.clone();
+        }
         let (corrector, world_from_map) = (self.solved.corrector(), self.solved.world_from_map());
         let map_from_world = world_from_map.inverse();
-        let mut caught = corrector.catch(ends.map(|p| map_from_world.transform_point(p)))?;
-        let caution = caution(corrector, &caught);
-        caught.fit.segment = caught.fit.segment.transformed(world_from_map);
-        Ok((caught, caution))
+        let caught = corrector.catch(ends.map(|p| map_from_world.transform_point(p)));
+        let seen = caught.map(|mut caught| {
+            let caution = caution(corrector, &caught);
+            caught.fit.segment = caught.fit.segment.transformed(world_from_map);
+            (caught, caution)
+        });
+        looked.truncate(LOOKS_KEPT - 1);
+        looked.insert(0, (ends, seen.clone()));
+        seen
     }
 
     /// A stroke drawn on the map as it is shown, in the frame of the pose that saw most of it.
     pub fn anchor(&self, ends: [Vec2; 2]) -> Stroke {
+        let seen = self.catch(ends).ok();
         let map = self.solved.corrector().map();
         let ends = ends.map(|p| self.solved.world_from_map().inverse().transform_point(p));
         let middle = (ends[0] + ends[1]) / 2.0;
         let distance = |pose: usize| (map.poses[pose].translation() - middle).norm();
-        let seen = self.solved.corrector().catch(ends).ok();
-        let best = seen
-            .and_then(|c| c.poses.iter().max_by_key(|&&(pose, n)| (n, std::cmp::Reverse(pose))).map(|p| p.0));
+        let best = seen.and_then(|(c, _)| {
+            c.poses.iter().max_by_key(|&&(pose, n)| (n, std::cmp::Reverse(pose))).map(|p| p.0)
+        });
         let nearest = || (0..map.poses.len()).min_by(|&i, &j| distance(i).total_cmp(&distance(j)));
         let pose = best.or_else(nearest).unwrap_or(0);
         let robot_from_map = map.poses[pose].inverse();
@@ -171,6 +190,7 @@ impl Session {
         if let Event::Settings(settings) = &event {
             settings.solver.require()?;
         }
+        self.looked.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
         match self.solved.follow(self.history.planned(&plan), progress) {
             Ok(true) => {}
             Ok(false) => return Ok(Answer::Cancelled),

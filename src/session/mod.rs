@@ -17,7 +17,7 @@ mod summary;
 
 pub use event::{Entry, Event, Header, Result as EventResult};
 pub use history::{History, Plan, Settings, State};
-pub use live::{Answer, Drawn, Session, replay};
+pub use live::{Answer, Drawn, Look, Session, replay};
 pub use log::{Content, Log, read};
 pub use solved::Solved;
 pub use source::{Source, is_session, log_path};
