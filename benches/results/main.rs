@@ -13,6 +13,7 @@ mod crosscheck;
 mod figures;
 mod formulations;
 mod graphs;
+mod inconsistency;
 mod invariance;
 mod page;
 mod paper_figures;
@@ -32,7 +33,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 16] = [
+const SECTIONS: [(&str, Measure); 17] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -46,6 +47,7 @@ const SECTIONS: [(&str, Measure); 16] = [
     ("paper", formulations::section),
     ("graphs", graphs::section),
     ("table1", table1::section),
+    ("inconsistency", inconsistency::section),
     ("ablations", ablations::section),
     ("serve", serve::section),
     ("figures", paper_figures::section),
