@@ -2,7 +2,7 @@
 
 import { block, getPacked, postPacked, type Packed } from "./api";
 import { complain } from "./dom";
-import { changed, measureBounds, model } from "./model";
+import { changed, model } from "./model";
 import { drawn, sendPoints, sendPoses } from "./raster";
 
 export const commitTimes = { asked: 0, answer: 0, screen: 0, server: 0 };
@@ -63,7 +63,6 @@ async function fetchMap(): Promise<void> {
   sendPoints();
   await fetchPoses();
   model.map = points.head.map;
-  measureBounds();
   changed("state");
 }
 

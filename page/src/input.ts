@@ -3,7 +3,7 @@
 import { act, commitTimes } from "./act";
 import type { Point } from "./api";
 import { $ } from "./dom";
-import { changed, model } from "./model";
+import { changed, measureBounds, model } from "./model";
 import { moving } from "./raster";
 import { keys, openExports, openLayers } from "./panels";
 import { back, begin, choose, commit, drag, drawsNow, MODES, release } from "./tool";
@@ -11,6 +11,7 @@ import { back, begin, choose, commit, drag, drawsNow, MODES, release } from "./t
 let space = false, paper = false;
 
 export function fit(): void {
+  measureBounds();
   const side = $("side"), narrow = innerWidth <= 720;
   const right = side.hidden || narrow ? 24 : 316;
   model.view.fit(model.bounds, [$("bar").offsetHeight + 28, right, narrow && !side.hidden ? innerHeight * 0.38 + 56 : 112, 24]);

@@ -208,7 +208,9 @@ function show(): void {
   if (!model.alive) say(el("b", { class: "bad" }, "hitl serve has ended. "), "All is saved; start it again, and reload.");
   else if (model.comparing) say("The map as it came. Let go to see it corrected.");
   else if (tool === "none") {
-    say(state.corrections.length === 0
+    say(state.corrections.length === 0 && state.map.name === "aces.clf.bz2"
+      ? "The corridor in the east is there twice. Pick Same line (2), then draw along a wall of each."
+      : state.corrections.length === 0
       ? "Find a wall that is there twice, then pick how its two parts relate: keys 1 to 4."
       : "Keys 1 to 4: the next correction. Hold B: before. Done? Export.");
   } else if (tool === "plan") say(planStep());

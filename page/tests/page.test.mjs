@@ -32,7 +32,7 @@ async function done({ served, person }) {
 test("from the demo to a corrected map: draw, look, apply, undo, redo, switch off, reweight, delete, resume", async () => {
   const { served, person } = await demo();
   const { page } = person;
-  assert.match(await person.status(), /^Find a wall that is there twice/);
+  assert.match(await person.status(), /^The corridor in the east is there twice/);
   await person.shot("open");
   await page.keyboard.press("2");
   assert.match(await person.status(), /^Drag along a wall: the first stroke\./);
