@@ -75,8 +75,11 @@ export function drag(at: Point): void {
   if (!model.drawing) return;
   model.drawing.drawn = [model.drawing.drawn[0], at];
   changed("tool");
-  void look(model.drawing.drawn);
+  if (pixels(model.drawing.drawn) >= SHORTEST) void look(model.drawing.drawn);
 }
+
+/** A shorter drag is a click, pixels. */
+const SHORTEST = 5;
 
 /** Asks what the stroke catches; of many questions only the last waits. */
 async function look(drawn: Ends): Promise<void> {
@@ -106,7 +109,7 @@ export async function release(at: Point): Promise<void> {
   if (!model.drawing) return;
   const drawn: Ends = [model.drawing.drawn[0], at];
   Object.assign(times, { release: performance.now(), preview: 0 });
-  if (pixels(drawn) < 5) { model.drawing = null; changed("tool"); return; }
+  if (pixels(drawn) < SHORTEST) { model.drawing = null; changed("tool"); return; }
   try {
     if (model.tool === "straighten") {
       model.drawing = null;

@@ -152,6 +152,7 @@ test("without a mouse: keys draw, apply, compare and straighten", async () => {
   await person.previewed();
   await person.changes(() => page.keyboard.press("Enter"));
   assert.equal((await person.corrections()).length, 1);
+  assert.ok(await page.locator("#toast").isHidden(), "nothing to complain of");
   await page.keyboard.press("Escape");
   await page.keyboard.down("b");
   assert.match(await person.status(), /^The map as it came/);

@@ -96,7 +96,8 @@ impl App {
         let log = log.map_or_else(|| session::log_path(&source), Path::to_path_buf);
         // The session that is open may be the one to be opened: it is closed first, and opened again if need be.
         let mut desk = self.write();
-        if desk.as_ref().is_some_and(|d| d.session.log_path() == log) {
+        let place = |p: &Path| std::fs::canonicalize(p).unwrap_or_else(|_| p.to_path_buf());
+        if desk.as_ref().is_some_and(|d| place(d.session.log_path()) == place(&log)) {
             return Ok(());
         }
         let (session, more) =

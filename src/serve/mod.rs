@@ -1,8 +1,8 @@
 //! The interactive tool: one map, one session, one page, for the browsers of this computer.
 //!
-//! The page ([`page`], embedded) asks, this module answers: points once, then only poses. All work is the core's
+//! The page (`page`, embedded) asks, this module answers: points once, then only poses. All work is the core's
 //! ([`crate::session`]); nothing here knows how a map is corrected. Only loopback is listened to, every request needs
-//! the token of the address that was printed, and `Host` and `Origin` must be this computer's own ([`guard`]).
+//! the token of the address that was printed, and `Host` and `Origin` must be this computer's own (`guard`).
 
 mod app;
 mod demo;

@@ -1,4 +1,5 @@
 mod file;
+mod strokes;
 mod undo;
 
 use std::path::PathBuf;
