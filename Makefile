@@ -35,7 +35,9 @@ test:
 page:
 	cd page && npm ci --no-audit --no-fund --loglevel=error && npm run check && npm test
 
-results: system
+results:
+	@sh .ci/system page
+	cd page && npm ci --no-audit --no-fund --loglevel=error
 	cargo build --release --locked
 	cargo bench --locked --bench results
 

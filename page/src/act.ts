@@ -20,8 +20,15 @@ export function takePoses(packed: Packed<{ revision: number; poses: number; serv
   void drawn().then(() => { commitTimes.screen = performance.now() - commitTimes.asked; });
 }
 
-/** Lets an event happen; true if it did. */
-export async function act(event: Record<string, unknown>): Promise<boolean> {
+let queue: Promise<boolean> = Promise.resolve(true);
+
+/** Lets an event happen, after all that were asked for before; true if it did. */
+export function act(event: Record<string, unknown>): Promise<boolean> {
+  queue = queue.then(() => carryOut(event));
+  return queue;
+}
+
+async function carryOut(event: Record<string, unknown>): Promise<boolean> {
   commitTimes.asked = performance.now();
   try {
     const turns = event["event"] === "straighten" || event["event"] === "undo" || event["event"] === "redo";

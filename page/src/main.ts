@@ -43,8 +43,6 @@ function news(state: State): void {
   const before = model.state;
   model.state = state;
   if (before?.map?.number !== state.map?.number) forget();
-  // Another window changed the map: strokes that were drawn on the old one mean nothing now.
-  else if (before && before.revision !== state.revision && model.revision !== state.revision && !model.busy) forget();
   const undo = $<HTMLButtonElement>("undo"), redo = $<HTMLButtonElement>("redo");
   undo.disabled = !state.undo;
   redo.disabled = !state.redo;

@@ -4,6 +4,8 @@ import type { Ends, Point, State } from "./api";
 import { Viewport } from "./viewport";
 
 export interface Caught {
+  /** The map that it was drawn on. */
+  revision: number;
   drawn: Ends;
   segment: Ends | null;
   points: Uint32Array;

@@ -61,7 +61,7 @@ function both(stroke: { drawn: Ends; segment: Ends | null }, k: number): void {
   line(stroke.drawn);
   context.setLineDash([]);
   if (!stroke.segment) return;
-  context.lineWidth = 4;
+  context.lineWidth = 2.5;
   line(stroke.segment);
   for (const end of stroke.segment) dot(model.view.toScreen(end), 5, colour);
 }

@@ -27,6 +27,7 @@ export function startTool(): void {
   $("discard").onclick = back;
   $<HTMLInputElement>("weight").onchange = () => void preview();
   on(["tool", "state"], show);
+  on(["poses"], outdated);
 }
 
 export function choose(tool: Tool): void {
@@ -59,6 +60,14 @@ export function back(): void {
   changed("tool");
 }
 
+/** Strokes mean nothing on a map that they were not drawn on. */
+function outdated(): void {
+  const all = model.drawing ? [...model.strokes, model.drawing] : model.strokes;
+  if (all.every((stroke) => stroke.revision === model.revision)) return;
+  forget();
+  toast("The map has changed meanwhile: draw the strokes again.");
+}
+
 /** Another map is on screen: what was drawn on the old one is gone. */
 export function forget(): void { if (model.strokes.length || model.drawing || model.preview) { reset(); changed("tool"); } }
 
@@ -67,7 +76,7 @@ export const drawsNow = (): boolean => model.tool !== "none" && model.tool !== "
 export function begin(at: Point): void {
   if (model.tool === "plan") return planPoint(at);
   if (!drawsNow()) return;
-  model.drawing = { drawn: [at, at], segment: null, points: new Uint32Array(0), count: 0, poses: 0 };
+  model.drawing = { revision: model.revision, drawn: [at, at], segment: null, points: new Uint32Array(0), count: 0, poses: 0 };
   changed("tool");
 }
 
@@ -98,9 +107,10 @@ async function look(drawn: Ends): Promise<void> {
 type CaughtHead = { segment?: Ends; count: number; poses?: number; reason?: string; warning?: string | null };
 
 async function ask(drawn: Ends): Promise<Caught> {
-  const packed = await postPacked<CaughtHead>("/api/catch", { stroke: drawn, revision: model.revision });
+  const revision = model.revision;
+  const packed = await postPacked<CaughtHead>("/api/catch", { stroke: drawn, revision });
   const { segment = null, count, poses = 0, reason, warning } = packed.head;
-  return { drawn, segment, count, poses, reason, warning, points: block(packed, Uint32Array, count) };
+  return { revision, drawn, segment, count, poses, reason, warning, points: block(packed, Uint32Array, count) };
 }
 
 const pixels = ([p, q]: Ends): number => Math.hypot(p[0] - q[0], p[1] - q[1]) * model.view.scale;
@@ -142,7 +152,7 @@ type PreviewHead = Omit<Preview, "ms"> & { poses: number; server_ms: number; b: 
 
 function nothing(reason: string): void { toast(`Nothing caught: ${reason}. Draw again, along a wall.`); }
 
-const asked = () => ({ mode: model.tool, a: model.strokes[0].drawn, b: model.strokes[1].drawn, weight: Number($<HTMLInputElement>("weight").value) || 1, revision: model.revision });
+const asked = () => ({ mode: model.tool, a: model.strokes[0].drawn, b: model.strokes[1].drawn, weight: Number($<HTMLInputElement>("weight").value) || 1, revision: model.strokes[0].revision });
 
 export async function preview(): Promise<void> {
   previewing?.abort();
@@ -163,7 +173,7 @@ export async function preview(): Promise<void> {
     }
     const ghost = poses ? block(packed, Float64Array, 3 * poses) : null;
     const { segment = null, count, warning } = b;
-    model.strokes = [model.strokes[0], { drawn: model.strokes[1].drawn, segment, count, warning, poses: b.poses ?? 0, points: block(packed, Uint32Array, count) }];
+    model.strokes = [model.strokes[0], { ...model.strokes[1], segment, count, warning, poses: b.poses ?? 0, points: block(packed, Uint32Array, count) }];
     model.preview = { ...packed.head, ms: server_ms };
     sendGhost(ghost);
     changed("tool");

@@ -89,6 +89,19 @@ test("from the demo to a corrected map: draw, look, apply, undo, redo, switch of
   assert.deepEqual(await back.poses(), original, "deleted");
   await back.changes(() => back.page.click("#undo"));
   assert.deepEqual(await back.poses(), corrected);
+  // As fast as fingers go: every one counts.
+  const undone = await back.model((m) => m.state.summary.events);
+  for (let k = 0; k < 3; k++) await back.page.keyboard.press("Control+z");
+  for (let k = 0; k < 3; k++) await back.page.keyboard.press("Control+y");
+  await back.page.waitForFunction((n) => window.hitl.model.state.summary.events === n + 6, undone);
+  await back.page.waitForFunction(() => window.hitl.model.revision === window.hitl.model.state.revision);
+  assert.ok(await back.page.locator("#toast").isHidden());
+  // Strokes are of the map that they were drawn on.
+  await back.page.keyboard.press("2");
+  await back.draw([[-0.9, -1.5], [-3.4, -1.5]]);
+  await back.changes(() => back.page.keyboard.press("Control+z"));
+  await back.page.waitForFunction(() => window.hitl.model.strokes.length === 0);
+  assert.match(await back.page.textContent("#toast"), /^The map has changed meanwhile/);
   await done({ served: again, person: back });
 });
 
