@@ -86,11 +86,17 @@ impl Log {
     /// [`Error::Input`] if another program has it open or it is no session; [`Error::Io`] if it cannot be written.
     pub fn open(path: &Path, begin: &Header) -> Result<(Log, Content)> {
         let io = |e| Error::io(path, e);
+        let unwritable = |e| {
+            let message = format_args!(
+                "found that it cannot be written ({e}), expected a place to write to: --session names another"
+            );
+            Error::input(path.display(), message)
+        };
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
-            fs::create_dir_all(folder).map_err(io)?;
+            fs::create_dir_all(folder).map_err(unwritable)?;
         }
         let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
-        let mut file = options.map_err(io)?;
+        let mut file = options.map_err(unwritable)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {

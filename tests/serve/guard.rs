@@ -75,6 +75,7 @@ fn wrong_usage_is_said_before_anything_is_served() {
     for (arguments, said) in [
         ("serve --no-open nowhere.npz", "nowhere.npz: found no such file"),
         ("serve --no-open bad.npz", "bad.npz: found a damaged or cut-off archive"),
+        ("serve --no-open map.npz --session /proc/none/s.jsonl", "s.jsonl: found that it cannot be written"),
         ("serve --no-open --session s.jsonl", "<INPUT>: found nothing"),
         ("replay nowhere.jsonl -o x.npz", "nowhere.jsonl: found no such file"),
         ("replay map.npz -o x.npz", "map.npz"),
