@@ -4,7 +4,7 @@
 HITL := target/release/hitl
 DEMO := out/demo
 
-.PHONY: demo test results bench system
+.PHONY: demo test page results bench system
 
 demo: system
 	cargo build --release --locked
@@ -21,15 +21,23 @@ demo: system
 WITHOUT_CERES := joint:: cli::crosscheck cli::optimize cli::usage
 
 # One set of build products for everything that runs: the release profile.
-test: system
+test:
+	@sh .ci/system page
 	cargo fmt --check
 	cargo clippy --release --locked --all-targets -- -D warnings
 	HITL_REQUIRE_CERES=0 cargo clippy --release --locked --all-targets --no-default-features -- -D warnings
 	HITL_REQUIRE_CERES=0 cargo test --release --locked --no-default-features --test main -- $(WITHOUT_CERES)
 	HITL_REQUIRE_CERES=1 cargo test --release --locked
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
+	$(MAKE) page
 
-results: system
+# The page of `hitl serve`: is the committed one what its source builds to, and does it work in a real browser?
+page:
+	cd page && npm ci --no-audit --no-fund --loglevel=error && npm run check && npm test
+
+results:
+	@sh .ci/system page
+	cd page && npm ci --no-audit --no-fund --loglevel=error
 	cargo build --release --locked
 	cargo bench --locked --bench results
 

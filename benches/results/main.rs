@@ -20,6 +20,7 @@ mod page;
 mod paper_figures;
 mod runs;
 mod scan_match;
+mod serve;
 mod stats;
 mod table1;
 mod time;
@@ -50,6 +51,7 @@ const SECTIONS: [(&str, Measure); 17] = [
     ("table1", table1::section),
     ("inconsistency", inconsistency::section),
     ("ablations", ablations::section),
+    ("serve", serve::section),
     ("figures", paper_figures::section),
 ];
 

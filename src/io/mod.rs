@@ -5,6 +5,7 @@ pub mod carmen;
 pub mod carmen_log;
 pub mod corrections;
 pub mod detect;
+pub mod export;
 pub mod floor_plan;
 pub mod g2o;
 pub mod native;
