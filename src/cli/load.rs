@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hitl_slam::error::{Error, Result};
 use hitl_slam::front_end::{self, Chain};
-use hitl_slam::io::{self, Source};
+use hitl_slam::io::{self, Indefinite, Source};
 use hitl_slam::map::{Correction, Observations, RawLog, Relation, SlamMap, Trajectory, Wall, WallPair};
 
 use super::out;
@@ -18,14 +18,23 @@ pub fn remark(warnings: &[String]) {
 
 /// Any input file.
 pub fn source(path: &Path) -> Result<Source> {
-    let (_, read) = io::read(path)?;
+    source_with(path, Indefinite::Refuse)
+}
+
+fn source_with(path: &Path, indefinite: Indefinite) -> Result<Source> {
+    let (_, read) = io::read_with(path, indefinite)?;
     remark(&read.warnings);
     Ok(read.value)
 }
 
 /// A map: as it is, or from a raw log by its odometry; a trajectory is a map without factors and points.
 pub fn map(path: &Path) -> Result<SlamMap> {
-    match source(path)? {
+    map_with(path, Indefinite::Refuse)
+}
+
+/// The same, with a choice of what happens to a pose graph's information that is not positive definite.
+pub fn map_with(path: &Path, indefinite: Indefinite) -> Result<SlamMap> {
+    match source_with(path, indefinite)? {
         Source::Map(map) => Ok(map),
         Source::Trajectory(trajectory) => Ok(SlamMap {
             observations: Observations::empty(trajectory.poses.len()),

@@ -126,8 +126,7 @@ impl Graph {
     fn repair_remark(&self, lines: &Lines) -> Option<String> {
         let first = self.repaired.first()?;
         Some(format!(
-            "{}:{first}: information matrix: not positive definite on {} lines, this the first: the nearest one that \
-             is was taken",
+            "{}:{first}: information matrix: not positive definite, the nearest one that is was taken (such edges: {})",
             lines.file(),
             self.repaired.len()
         ))

@@ -2,6 +2,7 @@
 
 use super::gauge;
 use super::options::{Formulation, Normalization, ObservationForm, Options};
+use super::outliers::is_doubted;
 use super::problem::{
     FitSighting, FitTerm, JointProblem, PointTerm, RelationTerm, RelativeTerm, SightingTerm, TieTerm,
 };
@@ -14,7 +15,7 @@ use crate::solver::Loss;
 pub fn build(map: &SlamMap, poses: &[Pose2], factors: &[HumanFactor], options: &Options) -> JointProblem {
     let mut problem = JointProblem {
         poses: poses.iter().map(|p| p.to_array()).collect(),
-        relatives: map.relative_factors.iter().map(|f| relative_term(f, options.loss)).collect(),
+        relatives: map.relative_factors.iter().map(|f| relative_term(f, options)).collect(),
         ..Default::default()
     };
     for factor in factors {
@@ -47,15 +48,14 @@ fn relation_term(factor: &HumanFactor, a: usize, b: usize, options: &Options) ->
     }
 }
 
-fn relative_term(factor: &RelativeFactor, loss: Loss) -> RelativeTerm {
+fn relative_term(factor: &RelativeFactor, options: &Options) -> RelativeTerm {
     let u = factor.information.sqrt();
-    let closes_a_loop = factor.i.abs_diff(factor.j) != 1;
     RelativeTerm {
         i: factor.i,
         j: factor.j,
         measured: factor.i_from_j.to_array(),
         sqrt_information: std::array::from_fn(|k| u[(k / 3, k % 3)]),
-        loss: if closes_a_loop { loss } else { Loss::None },
+        loss: if is_doubted(factor, options) { options.loss } else { Loss::None },
     }
 }
 

@@ -80,6 +80,8 @@ pub struct Options {
     pub angle_sigma_rad: f64,
     /// Loss on loop closures (relative factors between poses that are not neighbours) and on relations.
     pub loss: Loss,
+    /// Relative factors between neighbours may be wrong too: the loss is on them as well.
+    pub doubt_odometry: bool,
     /// Stopping rules, of both back ends.
     pub solver: solver::Options,
     /// Choices that only Ceres has.
@@ -98,6 +100,7 @@ impl Default for Options {
             offset_sigma_m: 0.02,
             angle_sigma_rad: 0.01,
             loss: Loss::None,
+            doubt_odometry: false,
             solver: solver::Options::default(),
             ceres: ceres::Options::default(),
         }

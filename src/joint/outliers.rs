@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use super::graph::{GraphReport, chi2};
 use super::problem::{JointProblem, RelativeTerm};
-use super::{Options, build, gauge};
+use super::{Options, build, gauge, take_over};
 use crate::error::Result;
 use crate::map::{RelativeFactor, SlamMap};
-use crate::solver::{self, Gnc, Problem, Report};
+use crate::solver::{Gnc, Loss, Problem, Report, Termination};
 
 /// Weights below take a term out of a round: what is left of it would only cost digits.
 const SMALLEST_WEIGHT: f64 = 1e-12;
@@ -30,6 +30,11 @@ pub struct Outlier {
 /// True if an edge may turn out to be wrong: it closes a loop, or odometry is doubted too.
 pub(super) fn is_doubted(factor: &RelativeFactor, options: &Options) -> bool {
     options.doubt_odometry || factor.i.abs_diff(factor.j) != 1
+}
+
+/// Number of edges that may turn out to be wrong.
+pub fn doubted(map: &SlamMap, options: &Options) -> usize {
+    map.relative_factors.iter().filter(|f| is_doubted(f, options)).count()
 }
 
 /// Doubted edges whose eᵀΩe is above `threshold` where the map stands, in the order of the map.
@@ -58,45 +63,103 @@ pub fn optimize_graph_without_outliers(
     map.validate("graph")?;
     let clock = Instant::now();
     let initial_chi2 = chi2(map);
-    let options = Options { loss: solver::Loss::None, ..*options };
+    let options = Options { loss: Loss::None, ..*options };
+    let mut quick = options;
+    (quick.solver.relative_decrease, quick.solver.step) = ROUND_TOLERANCES;
     let mut rounds = Rounds::new(map, &options);
-    if let Some(first) = Gnc::start(threshold, rounds.largest()) {
-        let mut gnc = Some(first);
-        let mut quick = options;
-        (quick.solver.relative_decrease, quick.solver.step) = ROUND_TOLERANCES;
-        while let Some(surrogate) = gnc {
-            progress(surrogate.progress(first));
-            if rounds.weigh(|s| surrogate.weight(s)) || rounds.solves == 0 {
-                rounds.solve(&quick)?;
-            } else if rounds.are_sorted() {
-                break;
-            }
-            gnc = surrogate.next();
+    let first = Gnc::start(threshold, rounds.largest());
+    let mut gnc = first;
+    while let Some((first, surrogate)) = first.zip(gnc) {
+        progress(surrogate.progress(first));
+        let changed = rounds.weigh(|s| surrogate.weight(s));
+        if !changed && rounds.are_sorted() {
+            break;
         }
+        rounds.solve(&quick)?;
+        gnc = surrogate.next();
     }
-    for _ in 0..MOST_SORTINGS {
-        let changed = rounds.weigh(|s| if s > threshold { 0.0 } else { 1.0 });
-        if !changed && rounds.is_final {
+    for sorting in 0..MOST_SORTINGS {
+        let changed = rounds.weigh(|s| f64::from(u8::from(s <= threshold)));
+        if sorting > 0 && !changed {
             break;
         }
         rounds.solve(&options)?;
-        rounds.is_final = true;
     }
-    let Rounds { problem, mut report, .. } = rounds;
-    super::take_over(&problem, &mut map.poses, &mut []);
-    report.timings.total_ms = clock.elapsed().as_secs_f64() * 1e3;
-    Ok(GraphReport { initial_chi2, final_chi2: chi2(map), solve: report })
+    let Rounds { problem, report, .. } = rounds;
+    let mut solve = report.unwrap_or_else(|| Report::new(0.0, Termination::NothingToOptimize));
+    take_over(&problem, &mut map.poses, &mut []);
+    solve.timings.total_ms = clock.elapsed().as_secs_f64() * 1e3;
+    Ok(GraphReport { initial_chi2, final_chi2: chi2(map), solve })
 }
 
-/// The problem with all its edges, their weights, and what has been done so far.
+/// The problem with all its edges, and what has been done so far.
 struct Rounds<'a> {
     map: &'a SlamMap,
     problem: JointProblem,
-    /// Per relative term; those of edges that are not doubted stay one.
-    weights: Vec<f64>,
+    /// Relative terms that may be wrong.
     doubted: Vec<usize>,
-    report: Report,
-    solves: usize,
-    /// True once the last digits have been solved for.
-    is_final: bool,
+    /// Of every relative term; one where it is not doubted.
+    weights: Vec<f64>,
+    report: Option<Report>,
+}
+
+impl<'a> Rounds<'a> {
+    fn new(map: &'a SlamMap, options: &Options) -> Self {
+        let problem = build(map, &map.poses, &[], options);
+        let factors = map.relative_factors.iter().enumerate();
+        let doubted = factors.filter(|(_, f)| is_doubted(f, options)).map(|(k, _)| k).collect();
+        Rounds { map, weights: vec![1.0; problem.relatives.len()], problem, doubted, report: None }
+    }
+
+    /// Squared norms of the doubted terms where the poses stand.
+    fn squared_norms(&self) -> impl Iterator<Item = (usize, f64)> {
+        let x = self.problem.blocks();
+        self.doubted.iter().map(move |&k| (k, self.problem.residual(k, &x).norm_squared()))
+    }
+
+    fn largest(&self) -> f64 {
+        self.squared_norms().map(|(_, s)| s).fold(0.0, f64::max)
+    }
+
+    /// New weights from the squared norms; true if any differs.
+    fn weigh(&mut self, weight: impl Fn(f64) -> f64) -> bool {
+        let weights: Vec<(usize, f64)> = self.squared_norms().map(|(k, s)| (k, weight(s))).collect();
+        let mut changed = false;
+        for (term, weight) in weights {
+            changed |= self.weights[term] != weight;
+            self.weights[term] = weight;
+        }
+        changed
+    }
+
+    /// True if every edge is either taken whole or left out.
+    fn are_sorted(&self) -> bool {
+        self.weights.iter().all(|&w| w == 0.0 || w == 1.0)
+    }
+
+    /// Solves for the weights as they are, from where the poses stand.
+    fn solve(&mut self, options: &Options) -> Result<()> {
+        let weighted = |(term, &weight): (&RelativeTerm, &f64)| {
+            let root = weight.sqrt();
+            (weight > SMALLEST_WEIGHT)
+                .then(|| RelativeTerm { sqrt_information: term.sqrt_information.map(|u| u * root), ..*term })
+        };
+        let mut problem = JointProblem {
+            poses: self.problem.poses.clone(),
+            relatives: self.problem.relatives.iter().zip(&self.weights).filter_map(weighted).collect(),
+            ..JointProblem::default()
+        };
+        let asked = self.map.held_or_first();
+        problem.held = gauge::complete(&problem, &asked);
+        let mut report = options.backend.solve(&mut problem, options)?;
+        report.warnings.extend(gauge::warning(&asked, &problem.held));
+        self.problem.poses = problem.poses;
+        if let Some(before) = self.report.take() {
+            report.iterations.splice(0..0, before.iterations);
+            report.timings.order_ms += before.timings.order_ms;
+            report.timings.iterate_ms += before.timings.iterate_ms;
+        }
+        self.report = Some(report);
+        Ok(())
+    }
 }

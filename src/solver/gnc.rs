@@ -59,10 +59,7 @@ pub fn chi2_quantile_3(probability: f64) -> f64 {
     }
     while high - low > 1e-13 * high {
         let middle = 0.5 * (low + high);
-        if cumulative_chi2_3(middle) < probability { low = middle } else { high = middle }
-        if middle <= low.min(high) && middle >= low.max(high) {
-            break;
-        }
+        *(if cumulative_chi2_3(middle) < probability { &mut low } else { &mut high }) = middle;
     }
     0.5 * (low + high)
 }
