@@ -30,7 +30,7 @@ const GRAPHS: [(&str, f64); 16] = [
 ];
 
 /// Σ eᵀΩe written out anew.
-fn independent_chi2(map: &SlamMap) -> f64 {
+pub fn independent_chi2(map: &SlamMap) -> f64 {
     let mut sum = 0.0;
     for f in &map.relative_factors {
         let [xi, yi, ti] = map.poses[f.i].to_array();
@@ -63,7 +63,7 @@ fn solved(map: &SlamMap, backend: Backend) -> Result<Solved> {
     Ok(Solved { report, chi2: independent_chi2(&map), ms })
 }
 
-fn path(name: &str) -> PathBuf {
+pub fn path(name: &str) -> PathBuf {
     project("../shared/data/g2o_2d").join(format!("{name}.g2o.xz"))
 }
 

@@ -9,15 +9,20 @@ mod backends;
 mod baseline;
 mod big;
 mod child;
+mod cpu;
 mod crosscheck;
+mod false_closures;
 mod figures;
 mod formulations;
 mod graphs;
 mod invariance;
 mod page;
 mod paper_figures;
+mod path_match;
+mod peers;
 mod runs;
 mod scan_match;
+mod solvers;
 mod stats;
 mod table1;
 mod time;
@@ -31,7 +36,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 15] = [
+const SECTIONS: [(&str, Measure); 17] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -44,6 +49,8 @@ const SECTIONS: [(&str, Measure); 15] = [
     ("backends", backends::section),
     ("paper", formulations::section),
     ("graphs", graphs::section),
+    ("solvers", solvers::section),
+    ("false-closures", false_closures::section),
     ("table1", table1::section),
     ("ablations", ablations::section),
     ("figures", paper_figures::section),
