@@ -1,12 +1,15 @@
 // Ceres on a g2o file: `ceres_peer sample|tuned GRAPH REPEATS POSES`.
 //
-// sample: as examples/slam/pose_graph_2d of Ceres does it: every coordinate a block of its own, automatic differentiation,
-// Levenberg-Marquardt, SPARSE_NORMAL_CHOLESKY on SuiteSparse. Two departures, so that the minimum is that of the g2o convention: the
-// information is turned into the example's residual frame, and its root is Lᵀ (the example takes L, right for diagonal ones alone).
-// tuned: the best found: poses as blocks of three, analytic Jacobians, SUBSPACE_DOGLEG, EIGEN_SPARSE.
+// sample: as examples/slam/pose_graph_2d of Ceres does it: every coordinate a block of its own,
+// automatic differentiation, Levenberg-Marquardt, SPARSE_NORMAL_CHOLESKY on SuiteSparse. Two
+// departures, so that the minimum is that of the g2o convention: the information is turned into the
+// example's residual frame, and its root is Lᵀ (the example takes L, right for diagonal ones alone).
+// tuned: the best found: poses as blocks of three, analytic Jacobians, SUBSPACE_DOGLEG,
+// EIGEN_SPARSE.
 //
-// Prints `cpu_ms iterations load_ms`, the fastest of REPEATS solves: ordering and symbolic analysis are in it, reading and building
-// the problem are not. Writes the final poses, a line `x y theta` each.
+// Prints `cpu_ms iterations load_ms`, the fastest of REPEATS solves: ordering and symbolic analysis
+// are in it, reading and building the problem are not. Writes the final poses, a line `x y theta`
+// each.
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
@@ -46,7 +49,8 @@ T Normalize(const T& angle) {
 }
 
 // Word by word from a stream into a map, as the example does.
-void Read(const std::string& file, std::map<int, Pose>& poses, std::vector<Constraint>& constraints) {
+void Read(const std::string& file, std::map<int, Pose>& poses,
+          std::vector<Constraint>& constraints) {
   std::ifstream in(file);
   std::string tag;
   while (in.good()) {
@@ -79,7 +83,8 @@ struct SampleError {
   const Constraint& c;
 
   template <typename T>
-  bool operator()(const T* xa, const T* ya, const T* ta, const T* xb, const T* yb, const T* tb, T* r) const {
+  bool operator()(const T* xa, const T* ya, const T* ta, const T* xb, const T* yb, const T* tb,
+                  T* r) const {
     using std::cos;
     using std::sin;
     const T dx = *xb - *xa, dy = *yb - *ya, cosine = cos(*ta), sine = sin(*ta);
@@ -144,8 +149,8 @@ ceres::Solver::Summary Solve(bool tuned, const std::vector<Constraint>& constrai
       problem.AddResidualBlock(new AnalyticError(c), nullptr, &a.x, &b.x);
     } else {
       problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<SampleError, 3, 1, 1, 1, 1, 1, 1>(new SampleError{c}), nullptr,
-          &a.x, &a.y, &a.yaw, &b.x, &b.y, &b.yaw);
+          new ceres::AutoDiffCostFunction<SampleError, 3, 1, 1, 1, 1, 1, 1>(new SampleError{c}),
+          nullptr, &a.x, &a.y, &a.yaw, &b.x, &b.y, &b.yaw);
     }
   }
   Pose& first = poses.begin()->second;

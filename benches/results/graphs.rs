@@ -1,4 +1,4 @@
-//! Public pose graphs on both solvers, from the poses in the file.
+//! Public pose graphs on both solvers, from the poses in the file, against what has to be reached.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -96,7 +96,7 @@ pub fn section() -> Result<Section> {
                     |---|---|---|---|---|---|---|---|---|\n"
         .into();
     let (mut apart, mut misreported) = (0.0_f64, 0.0_f64);
-    let (mut both, mut early, mut local) = (0, Vec::new(), Vec::new());
+    let (mut both, mut ours_early, mut early, mut local) = (0, 0, Vec::new(), Vec::new());
     for (name, best) in GRAPHS.into_iter().filter(|(name, _)| path(name).exists()) {
         let map = io::g2o::read(&path(name))?.value;
         let before = independent_chi2(&map);
@@ -104,6 +104,7 @@ pub fn section() -> Result<Section> {
         for s in [&rust, &ceres] {
             misreported = misreported.max(relative(s.report.final_chi2, s.chi2));
         }
+        ours_early += usize::from(!rust.report.solve.termination.converged());
         let ends = [&rust, &ceres].map(|s| s.report.solve.termination);
         if ends.iter().all(|e| e.converged()) {
             both += 1;
@@ -139,9 +140,8 @@ pub fn section() -> Result<Section> {
     }
     section.body += &format!(
         "\nBoth converge on {both}, to the same χ². Stopped early by at least one, and said so (*max iterations*, not converged): {}; what stands there is \
-         where it stopped, no minimum. A minimum, but not the best one known: {}. Neither solver looks for a better start than the file's: from raw \
-         odometry that is what these graphs need.\n",
-        early.join(", "),
+         where it stopped, no minimum. A minimum, but not the best one known: {}.\n",
+        if early.is_empty() { "none".into() } else { early.join(", ") },
         if local.is_empty() { "none".into() } else { local.join(", ") },
     );
     let claim = |what: &str, measured, bound, why| Claim {
@@ -156,10 +156,10 @@ pub fn section() -> Result<Section> {
         claim("public graphs on which both converge: χ² of the two differ by", apart, 1e-8, "as crosscheck"),
         claim("public graphs: reported χ² is off the independent one by", misreported, 1e-9, "rounding"),
         claim(
-            "public graphs on which a solver stops early",
-            early.len() as f64,
-            4.0,
-            "INTEL, M3500a, M3500b, ais2klinik: known",
+            "public graphs on which our solver stops early",
+            ours_early as f64,
+            0.0,
+            "issue: no failure on any file",
         ),
     ]);
     Ok(section)
