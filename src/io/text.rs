@@ -23,7 +23,7 @@ const EXACT_POWERS: [f64; 23] = [
     1e19, 1e20, 1e21, 1e22,
 ];
 
-/// Nearly every number of nearly every file: a sign, digits, a point, digits. `None` for anything else, and where the
+/// Most numbers of public graphs: a sign, digits, a point, digits. `None` for anything else, and where the
 /// digits do not fit an `f64`. Digits and power of ten are exact, so that the one division rounds correctly.
 fn short_decimal(field: &[u8]) -> Option<f64> {
     let (negative, digits) = match field {
