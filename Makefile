@@ -1,10 +1,10 @@
 # make demo: a real map corrected, pictures in out/demo/.   make test: everything that must hold.
-# make results: docs/RESULTS.md measured anew.              make bench: timings (criterion).
+# make results: docs/RESULTS.md measured anew.   make bench: timings (criterion), then our solver beside Ceres, GTSAM and g2o.
 
 HITL := target/release/hitl
 DEMO := out/demo
 
-.PHONY: demo test page results bench system
+.PHONY: demo test page results bench peers system
 
 demo: system
 	cargo build --release --locked
@@ -41,8 +41,13 @@ results:
 	cargo build --release --locked
 	cargo bench --locked --bench results
 
-bench: system
+bench: system peers
 	cargo bench --locked --bench timing
+	cargo bench --locked --bench results -- solvers false-closures backends
+
+# GTSAM and g2o are welcome, not needed.
+peers:
+	@test -x target/peers/venv/bin/python || sh benches/peers/setup.sh || echo "no GTSAM, no g2o: measuring without them"
 
 system:
 	@sh .ci/system

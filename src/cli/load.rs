@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hitl_slam::error::{Error, Result};
 use hitl_slam::front_end::{self, Chain};
-use hitl_slam::io::{self, Source};
+use hitl_slam::io::{self, Indefinite, Source};
 use hitl_slam::map::{Correction, RawLog, Relation, SlamMap, Trajectory, Wall, WallPair};
 use hitl_slam::session;
 
@@ -26,7 +26,12 @@ pub fn source(path: &Path) -> Result<Source> {
 
 /// A map: as it is, or from a raw log by its odometry; a trajectory is a map without factors and points.
 pub fn map(path: &Path) -> Result<SlamMap> {
-    let read = front_end::open(path)?;
+    map_with(path, Indefinite::Refuse)
+}
+
+/// The same, with a choice of what happens to a pose graph's information that is not positive definite.
+pub fn map_with(path: &Path, indefinite: Indefinite) -> Result<SlamMap> {
+    let read = front_end::open(path, indefinite)?;
     remark(&read.warnings);
     Ok(read.value)
 }

@@ -79,9 +79,9 @@ pub fn build(log: &RawLog, chain: Chain<'_>, options: &Options) -> Result<(SlamM
 /// Any input file as a map: as it is, or from a raw log by its odometry; a trajectory is a map without factors and points.
 ///
 /// # Errors
-/// As [`io::read`] and [`build`].
-pub fn open(path: &Path) -> Result<io::Read<SlamMap>> {
-    let (_, io::Read { value, mut warnings }) = io::read(path)?;
+/// As [`io::read_with`] and [`build`].
+pub fn open(path: &Path, indefinite: io::Indefinite) -> Result<io::Read<SlamMap>> {
+    let (_, io::Read { value, mut warnings }) = io::read_with(path, indefinite)?;
     let map = match value {
         Source::Map(map) => map,
         Source::Trajectory(trajectory) => SlamMap {

@@ -89,7 +89,7 @@ impl App {
         let name = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let work = self.begin(format!("opening {name}"));
         let source = Source::of(input)?;
-        let read = front_end::open(input)?;
+        let read = front_end::open(input, crate::io::Indefinite::Refuse)?;
         if work.is_cancelled() {
             return Err(Error::input(name, "found that it was given up, expected to be opened"));
         }

@@ -102,7 +102,7 @@ fn take(app: &App, arrived: &Path, name: &str) -> Answer {
         }
         other => other,
     };
-    crate::front_end::open(arrived).map_err(renamed)?;
+    crate::front_end::open(arrived, crate::io::Indefinite::Refuse).map_err(renamed)?;
     let sum = Source::of(arrived)?.sha256;
     let path = (1..).find_map(|k| {
         let path = app.folder.join(numbered(name, k));
