@@ -34,6 +34,8 @@ mod render;
 mod scan_match;
 /// Simulated worlds against their own claims.
 mod simulate;
+/// The solver by itself, against dense algebra.
+mod solver;
 /// Each stage of the pipeline by itself.
 mod stages;
 /// Table 1's metric.

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use hitl_slam::error::Result;
 use hitl_slam::io;
-use hitl_slam::joint::{self, Backend};
+use hitl_slam::joint::{self, Backend, Initialisation};
 use hitl_slam::solver::Termination;
 
 use super::{Outcome, load, out, report};
@@ -38,6 +38,7 @@ struct Numbers {
     edges: usize,
     initial_chi2: f64,
     final_chi2: f64,
+    initialisation: Initialisation,
     iterations: usize,
     termination: Termination,
     load_ms: f64,
@@ -63,6 +64,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
         edges: map.relative_factors.len(),
         initial_chi2: done.initial_chi2,
         final_chi2: done.final_chi2,
+        initialisation: done.initialisation,
         iterations: done.solve.iterations.len(),
         termination: done.solve.termination,
         load_ms,
@@ -81,13 +83,14 @@ pub fn run(args: &Args) -> Result<Outcome> {
 fn text(n: &Numbers) -> String {
     let converged = if n.termination.converged() { "" } else { ", not converged" };
     format!(
-        "{} vertices, {} edges\nchi2 {:.6} -> {:.6} in {} iterations ({}{converged})\n\
+        "{} vertices, {} edges\nchi2 {:.6} -> {:.6} in {} iterations{} ({}{converged})\n\
          load {:.1} ms, order {:.1} ms, optimize {:.1} ms\n",
         n.vertices,
         n.edges,
         n.initial_chi2,
         n.final_chi2,
         n.iterations,
+        if n.initialisation == Initialisation::Linear { " from a linear start" } else { "" },
         n.termination.name().replace('_', " "),
         n.load_ms,
         n.order_ms,

@@ -7,9 +7,11 @@
 mod backend;
 mod build;
 pub mod ceres;
+mod compiled;
 pub mod factors;
 mod gauge;
 mod graph;
+mod initialise;
 mod options;
 pub mod problem;
 mod refit;
@@ -20,6 +22,7 @@ mod validate;
 pub use backend::{BACK_ENDS, Backend};
 pub use build::build;
 pub use graph::{GraphReport, optimize_graph};
+pub use initialise::Initialisation;
 pub use options::{Formulation, Normalization, ObservationForm, Options};
 pub use refit::refit;
 

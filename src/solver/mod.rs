@@ -1,17 +1,22 @@
 //! Generic sparse nonlinear least squares: min ½ Σₖ ρ(‖rₖ(x)‖²). Knows no poses, no maps.
 //!
 //! x is a list of blocks of three numbers; every term rₖ has at most three rows and depends on any number of blocks.
-//! Levenberg–Marquardt on the normal equations H δ = −g, H = Σ ρ′ JᵀJ, g = Σ ρ′ Jᵀr, with a sparse Cholesky
-//! factorisation whose ordering and pattern are computed once. Results do not depend on the machine's threads.
+//! Gauss–Newton, damped where need be, on the normal equations H δ = −g, H = Σ ρ′ JᵀJ, g = Σ ρ′ Jᵀr, with a multifrontal
+//! Cholesky factorisation in 3×3 blocks whose ordering and pattern are computed once. Results depend neither on the
+//! machine's threads nor on its vector units.
 
-mod cholesky;
+mod factor;
+mod kernels;
 mod lm;
 mod loss;
 mod normal_equations;
+mod ordering;
 mod polish;
 mod report;
+mod simd;
+mod structure;
 
-pub use lm::minimize;
+pub use lm::{Solver, minimize};
 pub use loss::Loss;
 pub use report::{Iteration, Polish, Report, Termination, Timings};
 
@@ -28,19 +33,36 @@ pub trait Problem {
     /// Appends the blocks that a term depends on, all different, in the order of [`Problem::linearize`].
     fn blocks_of(&self, term: usize, blocks: &mut Vec<usize>);
 
-    /// How many numbers of a block are unknowns, 1 to 3; the rest is padding that never moves.
-    fn dimension(&self, _block: usize) -> usize {
-        3
-    }
-
     /// The loss of a term.
     fn loss_of(&self, term: usize) -> Loss;
 
     /// r at x: 3×1, whitened; rows that a term does not have are zero.
     fn residual(&self, term: usize, x: &[Block]) -> Vector3<f64>;
 
-    /// r at x with its Jacobians, into `at`, which comes cleared.
+    /// r at x with its Jacobians, into `at`, which comes cleared. A number of a block that no term has a slope along is
+    /// padding and never moves.
     fn linearize(&self, term: usize, x: &[Block], at: &mut Linearization);
+
+    /// The same for a term on two blocks that knows its quadratic form at less cost than from Jacobians; false if it
+    /// does not. Leaves the loss to the solver.
+    fn pair_quadratic(&self, _term: usize, _x: &[Block], _at: &mut PairQuadratic) -> bool {
+        false
+    }
+}
+
+/// ‖r‖² of a term on two blocks, its gradient (½ of it) and JᵀJ.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PairQuadratic {
+    /// The two blocks.
+    pub blocks: [usize; 2],
+    /// ‖r‖².
+    pub squared_norm: f64,
+    /// J₀ᵀr and J₁ᵀr.
+    pub gradient: [[f64; 3]; 2],
+    /// J₀ᵀJ₀ and J₁ᵀJ₁: upper triangle, row by row.
+    pub own: [[f64; 6]; 2],
+    /// J₀ᵀJ₁, column-major.
+    pub cross: [f64; 9],
 }
 
 /// A term at a point. One is reused for all terms, so that linearising allocates nothing.

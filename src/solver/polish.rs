@@ -5,10 +5,7 @@
 //! Gauss–Newton steps use it alone; the cost only stands guard.
 
 use super::normal_equations::NormalEquations;
-use super::{Block, Options, Polish, Problem, cost};
-
-/// λ of these steps: none, for all that doubles can tell.
-const DAMPING: f64 = 1e-15;
+use super::{Block, Options, Polish, Problem};
 
 /// A step that is longer and still gains nothing that the cost could show lies along a direction that nothing
 /// determines.
@@ -17,11 +14,15 @@ const LONGEST_STEP: f64 = 1e-4;
 /// A step must be shorter than this share of the one before, or what is left is rounding.
 const SHRINKS_TO: f64 = 0.9;
 
+/// With an old factor it must be shorter than this share, or H is factored anew.
+const KEPT_SHRINKS_TO: f64 = 0.2;
+
 /// Enough for the linear convergence under robust losses; without them two or three do.
 const MOST_STEPS: usize = 20;
 
 /// Takes Gauss–Newton steps from `x` while they are small, shrink, and leave the cost the same up to rounding, until
-/// one is at most `options.step`. `equations` are those at `x`. All together cannot move anything by more than a millimetre.
+/// one is at most `options.step`. `equations` are those at `x`, with a factor of about there. All together cannot move
+/// anything by more than a millimetre.
 pub(super) fn polish(
     problem: &dyn Problem,
     x: &mut Vec<Block>,
@@ -32,20 +33,24 @@ pub(super) fn polish(
     let mut done = Polish::default();
     let highest = *final_cost * (1.0 + options.relative_decrease);
     let mut longest = LONGEST_STEP;
+    let mut fresh = false;
     while done.steps < MOST_STEPS {
-        if done.steps > 0 {
-            equations.assemble(problem, x);
+        let step = equations.step();
+        let step_max = step.iter().flatten().fold(0.0_f64, |m, d| m.max(d.abs()));
+        let target = if done.steps == 0 { LONGEST_STEP } else { longest * KEPT_SHRINKS_TO / SHRINKS_TO };
+        if !fresh && (step.is_none() || step_max > target.max(options.step)) {
+            equations.factor(0.0);
+            fresh = true;
+            continue;
         }
-        let Some(delta) = equations.step(DAMPING) else { break };
-        let step_max = delta.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-        if step_max > longest {
-            break;
-        }
+        let Some(delta) = step.filter(|_| step_max <= longest) else { break };
         let candidate = equations.moved(x, &delta);
-        let candidate_cost = cost(problem, &candidate);
+        let candidate_cost = equations.assemble(problem, &candidate);
+        fresh = false;
         // Also false if it is not a number.
         let as_good = candidate_cost <= highest;
         if !as_good {
+            equations.assemble(problem, x);
             break;
         }
         *x = candidate;

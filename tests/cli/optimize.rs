@@ -6,10 +6,11 @@ use serde_json::Value;
 use super::Bench;
 use crate::support::shared;
 
-const FIELDS: [&str; 9] = [
+const FIELDS: [&str; 10] = [
     "edges",
     "final_chi2",
     "initial_chi2",
+    "initialisation",
     "iterations",
     "load_ms",
     "optimize_ms",
