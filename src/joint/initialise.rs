@@ -2,14 +2,13 @@
 //! linear least squares on the factorisation that the optimisation will use.
 //!
 //! Headings: the unit vectors u = (cos θ, sin θ) without their length constraint, min Σ Ω_θθ‖u_j − R(θ_z)·u_i‖²
-//! (chordal relaxation: no angle is ever unwrapped; Martinec & Pajdla, CVPR 2007; Carlone et al., ICRA 2015), then one step of
-//! min Σ Ω_θθ wrap(θ_j − θ_i − θ_z)² from there. Positions: R1 with the headings as they are.
+//! (chordal relaxation: no angle is ever unwrapped; Martinec & Pajdla, CVPR 2007; Carlone et al., ICRA 2015). Positions: R1
+//! with the headings as they are.
 
 use nalgebra::Vector3;
 
 use super::compiled::Compiled;
 use super::problem::JointProblem;
-use crate::geometry::wrap_angle;
 use crate::solver::{self, Block, Linearization, Loss, PairQuadratic, Problem, Solver};
 
 /// Where an optimisation began.
@@ -27,9 +26,9 @@ pub enum Initialisation {
 /// for the problem's structure.
 pub(super) fn initialise(problem: &mut JointProblem, solver: &mut Solver) -> Initialisation {
     let Some(estimate) = estimate(problem, solver) else { return Initialisation::AsGiven };
-    let cost = |x: &[Block]| solver::cost(problem, x);
+    let compiled = Compiled::new(problem);
     // Also false if it is not a number.
-    if cost(&estimate) < cost(&problem.blocks()) {
+    if solver::cost(&compiled, &estimate) < solver::cost(&compiled, &problem.blocks()) {
         problem.set_blocks(&estimate);
         return Initialisation::Linear;
     }
@@ -49,20 +48,12 @@ fn estimate(problem: &JointProblem, solver: &mut Solver) -> Option<Vec<Block>> {
     for &held in &problem.held {
         x[held] = problem.poses[held];
     }
-    x = solver.gauss_newton_step(&Stage { graph: &compiled, kind: Kind::Headings }, &x)?;
-    for x in &mut x {
-        x[2] = wrap_angle(x[2]);
-    }
-    for &held in &problem.held {
-        x[held] = problem.poses[held];
-    }
     solver.gauss_newton_step(&Stage { graph: &compiled, kind: Kind::Positions }, &x)
 }
 
 #[derive(Clone, Copy)]
 enum Kind {
     Units,
-    Headings,
     Positions,
 }
 
@@ -90,12 +81,6 @@ impl Stage<'_> {
         let (blocks, turn, w) = self.graph.heading(term);
         *at = PairQuadratic { blocks, ..PairQuadratic::default() };
         let [a, b] = blocks.map(|b| x[b]);
-        if let Kind::Headings = self.kind {
-            let e = wrap_angle(b[2] - a[2] - turn);
-            (at.gradient[0][2], at.gradient[1][2]) = (-w * e, w * e);
-            (at.own[0][5], at.own[1][5], at.cross[8]) = (w, w, -w);
-            return;
-        }
         let (s, c) = turn.sin_cos();
         let e = [b[0] - c * a[0] + s * a[1], b[1] - s * a[0] - c * a[1]];
         at.gradient[0] = [-w * (c * e[0] + s * e[1]), -w * (c * e[1] - s * e[0]), 0.0];

@@ -17,6 +17,7 @@ pub mod problem;
 mod refit;
 pub mod rust_backend;
 mod terms;
+mod uncertainty;
 mod validate;
 
 pub use backend::{BACK_ENDS, Backend};
@@ -25,6 +26,7 @@ pub use graph::{GraphReport, optimize_graph};
 pub use initialise::Initialisation;
 pub use options::{Formulation, Normalization, ObservationForm, Options};
 pub use refit::refit;
+pub use uncertainty::{map_covariances, marginal_covariances, position_sigma_m};
 
 use crate::error::Result;
 use crate::geometry::{Pose2, Segment, Vec2, wrap_angle};

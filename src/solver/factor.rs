@@ -1,6 +1,6 @@
 //! Numeric multifrontal Cholesky H = LLᵀ and its triangular solves, in panels of 3×3 blocks.
 
-use super::kernels::{axpy, dot, downdate, factor_panel};
+use super::kernels::{backward_panel, downdate, factor_panel, forward_panel};
 use super::simd::wide;
 use super::structure::{Structure, Supernode};
 
@@ -88,6 +88,11 @@ impl Factor {
         }
     }
 
+    /// The panel of a supernode: columns of L, the diagonal inverted.
+    pub fn panel(&self, node: &Supernode) -> &[f64] {
+        &self.panels[node.panel..node.panel + 3 * node.columns * node.stride()]
+    }
+
     /// Solves LLᵀx = b in place; `x` in elimination order, three numbers a block.
     pub fn solve(&mut self, structure: &Structure, x: &mut [f64]) {
         solve_all(self, structure, x);
@@ -101,11 +106,8 @@ impl Factor {
         let own = &mut x[3 * node.first..3 * node.first + columns];
         w[..columns].copy_from_slice(own);
         w[columns..].fill(0.0);
-        for (j, (column, out)) in panel.chunks_exact(stride).zip(own).enumerate() {
-            let v = w[j] * column[j];
-            *out = v;
-            axpy(v, &column[j + 1..], &mut w[j + 1..]);
-        }
+        forward_panel(panel, stride, columns, w);
+        own.copy_from_slice(&w[..columns]);
         for (&row, w) in structure.rows[node.rows.0..node.rows.1].iter().zip(w[node.own..].chunks_exact(3)) {
             for (x, w) in x[3 * row as usize..].iter_mut().zip(w) {
                 *x += w;
@@ -124,11 +126,7 @@ impl Factor {
         {
             w.copy_from_slice(&x[3 * row as usize..][..3]);
         }
-        for j in (0..columns).rev() {
-            let column = &panel[j * stride..(j + 1) * stride];
-            let known = dot(&column[j + 1..], &w[j + 1..]);
-            w[j] = (x[3 * node.first + j] - known) * column[j];
-        }
+        backward_panel(panel, stride, columns, &x[3 * node.first..], w);
         x[3 * node.first..3 * node.first + columns].copy_from_slice(&w[..columns]);
     }
 }

@@ -111,25 +111,57 @@ pub(super) fn downdate(panel: &[f64], stride: usize, own: usize, columns: usize,
     }
 }
 
-/// y −= v·x.
+/// w −= C·v over the rows from `from` (a multiple of four) on; C are three columns of a panel.
 #[inline(always)]
-pub(super) fn axpy(v: f64, x: &[f64], y: &mut [f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y -= v * x;
+pub(super) fn subtract_columns(columns: &[f64], stride: usize, from: usize, v: [f64; 3], w: &mut [f64]) {
+    let [a, b, c] = [0, 1, 2].map(|k| columns[k * stride + from..(k + 1) * stride].as_chunks::<4>().0);
+    for (((w, a), b), c) in w[from..].as_chunks_mut::<4>().0.iter_mut().zip(a).zip(b).zip(c) {
+        for k in 0..4 {
+            w[k] -= a[k] * v[0] + b[k] * v[1] + c[k] * v[2];
+        }
     }
 }
 
-/// Σ aᵢbᵢ, in eight interleaved sums.
+/// Cᵀw over the rows from `from` (a multiple of four) on.
 #[inline(always)]
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a_chunks, a_rest) = a.as_chunks::<8>();
-    let (b_chunks, b_rest) = b.as_chunks::<8>();
-    for (a, b) in a_chunks.iter().zip(b_chunks) {
-        for k in 0..8 {
-            sums[k] += a[k] * b[k];
+pub(super) fn dot_columns(columns: &[f64], stride: usize, from: usize, w: &[f64]) -> [f64; 3] {
+    let [a, b, c] = [0, 1, 2].map(|k| columns[k * stride + from..(k + 1) * stride].as_chunks::<4>().0);
+    let mut sums = [[0.0; 4]; 3];
+    for (((w, a), b), c) in w[from..].as_chunks::<4>().0.iter().zip(a).zip(b).zip(c) {
+        for k in 0..4 {
+            sums[0][k] += a[k] * w[k];
+            sums[1][k] += b[k] * w[k];
+            sums[2][k] += c[k] * w[k];
         }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7])) + rest
+    sums.map(|s| (s[0] + s[2]) + (s[1] + s[3]))
+}
+
+/// Solves L y = w for the columns of a panel: y replaces the front of `w`, L's rows below take their share off the rest.
+#[inline(always)]
+pub(super) fn forward_panel(panel: &[f64], stride: usize, columns: usize, w: &mut [f64]) {
+    for j in (0..columns).step_by(3) {
+        let c = &panel[j * stride..(j + 3) * stride];
+        let (l, w0) = (|row: usize, column: usize| c[column * stride + j + row], w[j] * c[j]);
+        let w1 = (w[j + 1] - l(1, 0) * w0) * l(1, 1);
+        let w2 = (w[j + 2] - l(2, 0) * w0 - l(2, 1) * w1) * l(2, 2);
+        // The rows of this block share a group of four with the next: they are written last.
+        subtract_columns(c, stride, (j + 3) & !3, [w0, w1, w2], w);
+        (w[j], w[j + 1], w[j + 2]) = (w0, w1, w2);
+    }
+}
+
+/// Solves Lᵀx = y for the columns of a panel; `w`: zeros (padding too) but for the rows below. x replaces its front.
+#[inline(always)]
+pub(super) fn backward_panel(panel: &[f64], stride: usize, columns: usize, y: &[f64], w: &mut [f64]) {
+    for j in (0..columns).step_by(3).rev() {
+        let c = &panel[j * stride..(j + 3) * stride];
+        let l = |row: usize, column: usize| c[column * stride + j + row];
+        // Rows of this block and above are still zero in `w`.
+        let known = dot_columns(c, stride, (j + 3) & !3, w);
+        let x2 = (y[j + 2] - known[2]) * l(2, 2);
+        let x1 = (y[j + 1] - known[1] - l(2, 1) * x2) * l(1, 1);
+        let x0 = (y[j] - known[0] - l(1, 0) * x1 - l(2, 0) * x2) * l(0, 0);
+        (w[j], w[j + 1], w[j + 2]) = (x0, x1, x2);
+    }
 }

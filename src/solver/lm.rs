@@ -24,7 +24,7 @@ const KEPT_SHRINKS_TO: f64 = 0.1;
 /// terms meet the same blocks.
 #[derive(Debug, Clone)]
 pub struct Solver {
-    equations: NormalEquations,
+    pub(super) equations: NormalEquations,
     order_ms: f64,
     free: usize,
 }

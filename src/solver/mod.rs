@@ -5,6 +5,7 @@
 //! Cholesky factorisation in 3×3 blocks whose ordering and pattern are computed once. Results depend neither on the
 //! machine's threads nor on its vector units.
 
+mod covariance;
 mod factor;
 mod kernels;
 mod lm;
@@ -104,6 +105,11 @@ impl Default for Options {
 
 /// ½ Σ ρ(‖r‖²) at x.
 pub fn cost(problem: &dyn Problem, x: &[Block]) -> f64 {
-    let term_cost = |k: usize| problem.loss_of(k).rho(problem.residual(k, x).norm_squared());
-    0.5 * (0..problem.terms()).map(term_cost).sum::<f64>()
+    let mut pair = PairQuadratic::default();
+    let mut term_cost = |k: usize| {
+        let known = problem.pair_quadratic(k, x, &mut pair);
+        let s = if known { pair.squared_norm } else { problem.residual(k, x).norm_squared() };
+        problem.loss_of(k).rho(s)
+    };
+    0.5 * (0..problem.terms()).map(&mut term_cost).sum::<f64>()
 }

@@ -25,13 +25,13 @@ pub(super) struct NormalEquations {
     column_of: Vec<u32>,
     /// Block of each block column.
     block_of: Vec<u32>,
-    structure: Structure,
+    pub structure: Structure,
     h: BlockMatrix,
     /// Off-diagonal slots: for each term in turn every pair of its blocks, (0, 1), (0, 2), … (1, 2), …
     slots: Vec<Slot>,
     /// g, 3 per block column.
     pub gradient: Vec<f64>,
-    factor: Factor,
+    pub factor: Factor,
 }
 
 impl NormalEquations {
@@ -179,6 +179,11 @@ impl NormalEquations {
         let mut delta: Vec<f64> = self.gradient.iter().map(|g| -g).collect();
         self.factor.solve(&self.structure, &mut delta);
         delta.iter().all(|d| d.is_finite()).then_some(delta)
+    }
+
+    /// Block column of a block that is free.
+    pub fn column(&self, block: usize) -> Option<usize> {
+        Some(self.column_of[block]).filter(|&c| c != HELD).map(|c| c as usize)
     }
 
     /// x ⊕ δ: plain addition on every free block.

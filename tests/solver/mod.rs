@@ -1,1 +1,2 @@
+mod covariance;
 mod linear;
