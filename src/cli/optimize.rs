@@ -8,6 +8,7 @@ use hitl_slam::io;
 use hitl_slam::joint::{self, Backend, Initialisation};
 use hitl_slam::solver::Termination;
 
+use super::report::Uncertainty;
 use super::{Outcome, load, out, report};
 
 /// Optimise a pose graph: relative factors only, human factors left out.
@@ -44,6 +45,7 @@ struct Numbers {
     load_ms: f64,
     order_ms: f64,
     optimize_ms: f64,
+    uncertainty: Option<Uncertainty>,
 }
 
 /// Runs the command.
@@ -70,6 +72,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
         load_ms,
         order_ms: done.solve.timings.order_ms,
         optimize_ms: all_ms - done.solve.timings.order_ms,
+        uncertainty: args.report.as_ref().map(|_| Uncertainty::of(&map, &options)).transpose()?,
     };
     io::write_map(&args.output, &map)?;
     load::remark(&done.solve.warnings);

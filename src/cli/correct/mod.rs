@@ -130,7 +130,10 @@ pub fn run(args: &Args) -> Result<Outcome> {
     }
     let Corrected { corrector, reports, before, total_ms } =
         one(args, options, &args.input, &args.corrections)?;
-    let json = report::Report::new(&corrector, &args.tunables, &reports, total_ms);
+    let mut json = report::Report::new(&corrector, &args.tunables, &reports, total_ms);
+    if args.report.is_some() && !args.interpret_only {
+        json.uncertainty = Some(super::report::Uncertainty::of(corrector.map(), &options.joint)?);
+    }
     let map = corrector.into_map();
     write_outputs(args, &map, before.as_ref(), &reports)?;
     if !super::report::is_on_stdout(args.report.as_deref()) {

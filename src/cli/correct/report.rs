@@ -4,7 +4,7 @@ use hitl_slam::map::Mode;
 use hitl_slam::pipeline::{self, CorrectionReport, Corrector};
 use serde::Serialize;
 
-use crate::cli::report::peak_rss_mb;
+use crate::cli::report::{Uncertainty, peak_rss_mb};
 use crate::cli::tunables::Tunables;
 
 /// The whole report.
@@ -21,6 +21,8 @@ pub struct Report {
     reassociate_ms: f64,
     pub total_ms: f64,
     pub peak_rss_mb: Option<f64>,
+    /// Of the poses of the corrected map; `None` if nobody asked for a report.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 /// The tunables, and T_p as it was used.
@@ -98,6 +100,7 @@ impl Report {
             reassociate_ms: 0.0,
             total_ms,
             peak_rss_mb: peak_rss_mb(),
+            uncertainty: None,
         }
     }
 }
