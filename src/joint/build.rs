@@ -47,7 +47,7 @@ fn relation_term(factor: &HumanFactor, a: usize, b: usize, options: &Options) ->
     }
 }
 
-fn relative_term(factor: &RelativeFactor, loss: Loss) -> RelativeTerm {
+pub(super) fn relative_term(factor: &RelativeFactor, loss: Loss) -> RelativeTerm {
     let u = factor.information.sqrt();
     let closes_a_loop = factor.i.abs_diff(factor.j) != 1;
     RelativeTerm {

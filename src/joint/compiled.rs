@@ -13,7 +13,7 @@ use crate::solver::{Block, Linearization, Loss, PairQuadratic, Problem};
 
 /// R1 with its constants.
 #[derive(Debug, Clone, Copy)]
-struct Relative {
+pub(super) struct Relative {
     blocks: [u32; 2],
     measured: [f64; 3],
     /// W: its rows; the last has only its last entry.
@@ -23,7 +23,7 @@ struct Relative {
 }
 
 impl Relative {
-    fn new(term: &RelativeTerm) -> Self {
+    pub fn new(term: &RelativeTerm) -> Self {
         let u = Matrix3::from_row_slice(&term.sqrt_information);
         let (s, c) = term.measured[2].sin_cos();
         let w = u * Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
@@ -36,15 +36,30 @@ impl Relative {
         }
     }
 
-    fn quadratic(&self, x: &[Block], at: &mut PairQuadratic) {
-        let blocks = self.blocks.map(|b| b as usize);
-        let ([xi, yi, ti], [xj, yj, tj]) = (x[blocks[0]], x[blocks[1]]);
+    /// r; (cos, sin) of the first pose's heading; d.
+    #[inline]
+    fn at(&self, x: &[Block]) -> ([f64; 3], [f64; 2], [f64; 2]) {
+        let [[xi, yi, ti], [xj, yj, tj]] = self.blocks.map(|b| x[b as usize]);
         let (s, c) = ti.sin_cos();
         let (dx, dy) = (xj - xi, yj - yi);
         let [zx, zy, zt] = self.measured;
         let e = [c * dx + s * dy - zx, c * dy - s * dx - zy, wrap_angle(tj - ti - zt)];
         let [w00, w01, w02, w10, w11, w12, w22] = self.w;
         let r = [w00 * e[0] + w01 * e[1] + w02 * e[2], w10 * e[0] + w11 * e[1] + w12 * e[2], w22 * e[2]];
+        (r, [c, s], [dx, dy])
+    }
+
+    pub fn residual(&self, x: &[Block]) -> Vector3<f64> {
+        self.at(x).0.into()
+    }
+
+    pub fn blocks(&self) -> [usize; 2] {
+        self.blocks.map(|b| b as usize)
+    }
+
+    pub fn quadratic(&self, x: &[Block], at: &mut PairQuadratic) {
+        let (r, [c, s], [dx, dy]) = self.at(x);
+        let [w00, w01, w02, w10, w11, w12, w22] = self.w;
         let v = [w00 * r[0] + w10 * r[1], w01 * r[0] + w11 * r[1], w02 * r[0] + w12 * r[1] + w22 * r[2]];
         let gj = [c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]];
         let [o00, o01, o02, o11, o12, o22] = self.information;
@@ -57,7 +72,7 @@ impl Relative {
         let (q0, q1) = (-dy, dx);
         let (m02, m12) = (h00 * q0 + h01 * q1 + h02, h01 * q0 + h11 * q1 + h12);
         let m22 = h02 * q0 + h12 * q1 + o22;
-        at.blocks = blocks;
+        at.blocks = self.blocks();
         at.squared_norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
         at.gradient = [[-gj[0], -gj[1], -(q0 * gj[0] + q1 * gj[1] + gj[2])], gj];
         at.own = [[h00, h01, m02, h11, m12, q0 * m02 + q1 * m12 + m22], [h00, h01, h02, h11, h12, o22]];
@@ -80,7 +95,7 @@ impl<'a> Compiled<'a> {
     /// Of a relative factor: its poses, the measured turn, and the information of that turn.
     pub fn heading(&self, term: usize) -> ([usize; 2], f64, f64) {
         let relative = &self.relatives[term];
-        (relative.blocks.map(|b| b as usize), relative.measured[2], relative.information[5])
+        (relative.blocks(), relative.measured[2], relative.information[5])
     }
 }
 

@@ -5,8 +5,10 @@
 //! Cholesky factorisation in 3×3 blocks whose ordering and pattern are computed once. Results depend neither on the
 //! machine's threads nor on its vector units.
 
+mod clique;
 mod covariance;
 mod factor;
+mod incremental;
 mod kernels;
 mod lm;
 mod loss;
@@ -17,6 +19,7 @@ mod report;
 mod simd;
 mod structure;
 
+pub use incremental::Incremental;
 pub use lm::{Solver, minimize};
 pub use loss::Loss;
 pub use report::{Iteration, Polish, Report, Termination, Timings};
@@ -64,6 +67,42 @@ pub struct PairQuadratic {
     pub own: [[f64; 6]; 2],
     /// J₀ᵀJ₁, column-major.
     pub cross: [f64; 9],
+}
+
+impl PairQuadratic {
+    /// Multiplies the cost.
+    pub fn scale(&mut self, weight: f64) {
+        let all =
+            self.gradient.iter_mut().flatten().chain(self.own.iter_mut().flatten()).chain(&mut self.cross);
+        all.chain([&mut self.squared_norm]).for_each(|v| *v *= weight);
+    }
+
+    /// Of a term on one block (which then stands twice) or two.
+    fn from_jacobians(at: &Linearization) -> Self {
+        let own = |j: &Matrix3<f64>| {
+            let h = j.transpose() * j;
+            [h[(0, 0)], h[(0, 1)], h[(0, 2)], h[(1, 1)], h[(1, 2)], h[(2, 2)]]
+        };
+        let gradient = |j: &Matrix3<f64>| {
+            let g = j.transpose() * at.residual;
+            [g[0], g[1], g[2]]
+        };
+        let mut pair = PairQuadratic { squared_norm: at.residual.norm_squared(), ..Default::default() };
+        for (side, (block, j)) in at.jacobians.iter().take(2).enumerate() {
+            pair.blocks[side] = *block;
+            pair.gradient[side] = gradient(j);
+            pair.own[side] = own(j);
+        }
+        match &at.jacobians[..] {
+            [(_, a), (_, b), ..] => {
+                let cross = a.transpose() * b;
+                pair.cross = std::array::from_fn(|k| cross[(k % 3, k / 3)]);
+            }
+            [(block, _)] => pair.blocks[1] = *block,
+            [] => {}
+        }
+        pair
+    }
 }
 
 /// A term at a point. One is reused for all terms, so that linearising allocates nothing.

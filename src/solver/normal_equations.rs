@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::factor::{BlockMatrix, Factor};
 use super::ordering::Graph;
-use super::structure::{Structure, Updates};
+use super::structure::Structure;
 use super::{Block, Linearization, PairQuadratic, Problem};
 
 const HELD: u32 = u32::MAX;
@@ -58,7 +58,7 @@ impl NormalEquations {
         let is_free = |&(a, b): &(u32, u32)| a != HELD && b != HELD;
         let edges: Vec<_> = pairs.iter().copied().filter(is_free).collect();
         let graph = Graph::new(free as usize, &edges);
-        let structure = Structure::new(&graph, Updates::Stack);
+        let structure = Structure::new(&graph);
         let h = pattern(&graph, &structure);
         let slot = |(a, b): (u32, u32)| {
             if !is_free(&(a, b)) {

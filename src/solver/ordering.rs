@@ -65,8 +65,18 @@ const NONE: u32 = u32::MAX;
 
 /// Nodes in the order in which to eliminate them.
 pub(super) fn minimum_degree(graph: &Graph) -> Vec<u32> {
-    let mut quotient = Quotient::new(graph);
-    let mut pivots = Vec::with_capacity(graph.nodes());
+    minimum_degree_between(graph, 0, |_| false)
+}
+
+/// The same where the first `eliminated` nodes, no two of them neighbours, come first in any case, and those that are
+/// `last` last.
+pub(super) fn minimum_degree_between(
+    graph: &Graph,
+    eliminated: usize,
+    last: impl Fn(u32) -> bool,
+) -> Vec<u32> {
+    let mut quotient = Quotient::new(graph, eliminated, last);
+    let mut pivots: Vec<u32> = (0..eliminated as u32).collect();
     while let Some(pivot) = quotient.next_pivot() {
         quotient.eliminate(pivot);
         pivots.push(pivot);
@@ -111,7 +121,7 @@ struct Quotient {
 }
 
 impl Quotient {
-    fn new(graph: &Graph) -> Self {
+    fn new(graph: &Graph, eliminated: usize, last: impl Fn(u32) -> bool) -> Self {
         let n = graph.nodes();
         let length: Vec<u32> = (0..n as u32).map(|v| graph.of(v).len() as u32).collect();
         let mut quotient = Quotient {
@@ -127,7 +137,7 @@ impl Quotient {
             next: vec![NONE; n],
             previous: vec![NONE; n],
             lowest: 0,
-            eliminated: 0,
+            eliminated,
             next_member: vec![NONE; n],
             last_member: (0..n as u32).collect(),
             dense: Vec::new(),
@@ -135,8 +145,15 @@ impl Quotient {
             hashes: Vec::new(),
         };
         let many = (10.0 * (n as f64).sqrt()).max(16.0) as u32;
-        for v in 0..n as u32 {
-            if quotient.degree[v as usize] > many {
+        quotient.weight[..eliminated].fill(0);
+        for v in eliminated as u32..n as u32 {
+            // Neighbours are ascending: elements come first, as they must.
+            let elements = graph.of(v).partition_point(|&e| (e as usize) < eliminated);
+            quotient.elements[v as usize] = elements as u32;
+            let around: u32 = graph.of(v)[..elements].iter().map(|&e| quotient.degree[e as usize] - 1).sum();
+            let left = (n - eliminated - 1) as u32;
+            quotient.degree[v as usize] = (quotient.degree[v as usize] - elements as u32 + around).min(left);
+            if last(v) || quotient.degree[v as usize] > many {
                 quotient.dense.push(v);
                 quotient.weight[v as usize] = 0;
                 quotient.eliminated += 1;

@@ -2,6 +2,40 @@
 
 use super::ordering::{Graph, minimum_degree};
 
+/// What eliminating the nodes of a graph in some order makes of it.
+pub(super) struct Analysis {
+    /// Node of every column: the order given, rearranged so that children directly precede their parents.
+    pub order: Vec<u32>,
+    /// Column of every node.
+    pub column_of: Vec<u32>,
+    /// Where the rows of each column start in `rows`.
+    pub starts: Vec<usize>,
+    /// Rows (as columns) below the diagonal, not sorted.
+    pub rows: Vec<u32>,
+    /// Columns of every supernode, from and to.
+    pub groups: Vec<(usize, usize)>,
+}
+
+/// Eliminates in this order; nodes that are `alone` make supernodes of their own.
+pub(super) fn analyse(graph: &Graph, order: &[u32], alone: impl Fn(u32) -> bool) -> Analysis {
+    let n = order.len();
+    let mut column_of = inverse(order);
+    let parents = elimination_tree(graph, order, &column_of);
+    let post = postorder(&parents);
+    // In postorder a parent follows its last child, and the tree stays the same.
+    let rank = inverse(&post);
+    let order: Vec<u32> = post.iter().map(|&c| order[c as usize]).collect();
+    for column in &mut column_of {
+        *column = rank[*column as usize];
+    }
+    let relabel =
+        |c: u32| if parents[c as usize] == NONE { NONE } else { rank[parents[c as usize] as usize] };
+    let parents: Vec<u32> = post.iter().map(|&c| relabel(c)).collect();
+    let (starts, rows) = column_rows(graph, &order, &column_of, &parents);
+    let groups = merge(n, &parents, |c| starts[c + 1] - starts[c], |c| alone(order[c]));
+    Analysis { order, column_of, starts, rows, groups }
+}
+
 /// A supernode: block columns of L with (nearly) the same rows, stored as one dense panel, column-major. Its rows are
 /// the columns' own (padded to a multiple of four) and then those below (padded too); padding is zero for ever.
 #[derive(Debug, Clone, Copy, Default)]
@@ -57,44 +91,20 @@ pub(super) struct Structure {
     pub update_len: usize,
 }
 
-/// How the update matrices are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Updates {
-    /// On a stack, each gone once its parent has it: least memory.
-    Stack,
-    /// All of them, so that single supernodes can be computed anew.
-    #[allow(dead_code)]
-    Kept,
-}
-
 /// Merging costs zeros and saves overhead: up to so many columns with at most this share of zeros.
 const MERGE: [(usize, f64); 3] = [(3, 0.7), (8, 0.25), (usize::MAX, 0.08)];
 
 impl Structure {
-    /// Of the graph of the unknowns; the nodes of `last` (a suffix of the unknowns) are eliminated at the end.
-    pub fn new(graph: &Graph, updates: Updates) -> Self {
-        Self::with_order(graph, &minimum_degree(graph), updates)
+    /// Of the graph of the unknowns.
+    pub fn new(graph: &Graph) -> Self {
+        Self::with_order(graph, &minimum_degree(graph))
     }
 
     /// For a given elimination order (a permutation of the unknowns).
-    pub fn with_order(graph: &Graph, order: &[u32], updates: Updates) -> Self {
-        let n = order.len();
-        let mut column_of = inverse(order);
-        let parents = elimination_tree(graph, order, &column_of);
-        let post = postorder(&parents);
-        // In postorder a parent follows its last child, and the tree stays the same.
-        let rank = inverse(&post);
-        let order: Vec<u32> = post.iter().map(|&c| order[c as usize]).collect();
-        for column in &mut column_of {
-            *column = rank[*column as usize];
-        }
-        let relabel =
-            |c: u32| if parents[c as usize] == NONE { NONE } else { rank[parents[c as usize] as usize] };
-        let parents: Vec<u32> = post.iter().map(|&c| relabel(c)).collect();
-        let (starts, rows) = column_rows(graph, &order, &column_of, &parents);
-        let count = |c: usize| starts[c + 1] - starts[c];
-        let groups = merge(n, &parents, count);
-        let mut structure = Structure { column_of, supernode_of: vec![0; n], ..Default::default() };
+    pub fn with_order(graph: &Graph, order: &[u32]) -> Self {
+        let Analysis { column_of, starts, rows, groups, .. } = analyse(graph, order, |_| false);
+        let supernode_of = vec![0; order.len()];
+        let mut structure = Structure { column_of, supernode_of, ..Default::default() };
         for (first, end) in groups {
             let s = structure.supernodes.len() as u32;
             structure.supernode_of[first..end].fill(s);
@@ -118,7 +128,7 @@ impl Structure {
             structure.panel_len += (own + below) * 3 * columns;
         }
         structure.link();
-        structure.place_updates(updates);
+        structure.place_updates();
         structure
     }
 
@@ -165,13 +175,14 @@ impl Structure {
         }
     }
 
-    fn place_updates(&mut self, updates: Updates) {
+    /// On a stack, each gone once its parent has it.
+    fn place_updates(&mut self) {
         let (mut top, mut highest) = (0, 0);
         for s in 0..self.supernodes.len() {
             let Supernode { below, children, .. } = self.supernodes[s];
             let work = top;
             highest = highest.max(top + below * below);
-            if updates == Updates::Stack && children.0 < children.1 {
+            if children.0 < children.1 {
                 top = self.supernodes[self.children[children.0] as usize].update.1;
             }
             self.supernodes[s].update = (work, top);
@@ -324,19 +335,24 @@ fn entries(columns: usize, height: usize) -> f64 {
 }
 
 /// Fundamental supernodes, then parents merged with their last child where that is worth its zeros.
-fn merge(n: usize, parents: &[u32], count: impl Fn(usize) -> usize) -> Vec<(usize, usize)> {
+fn merge(
+    n: usize,
+    parents: &[u32],
+    count: impl Fn(usize) -> usize,
+    alone: impl Fn(usize) -> bool,
+) -> Vec<(usize, usize)> {
     let mut groups: Vec<Group> = Vec::new();
     let mut j = 0;
     while j < n {
         let first = j;
-        while j + 1 < n && parents[j] as usize == j + 1 && count(j) == count(j + 1) + 1 {
+        while j + 1 < n && parents[j] as usize == j + 1 && count(j) == count(j + 1) + 1 && !alone(j) {
             j += 1;
         }
         j += 1;
         let mut group = Group { first, end: j, height: j - first + count(j - 1), zeros: 0.0 };
         while let Some(last) = groups.last() {
             let parent = parents[last.end - 1] as usize;
-            if !(group.first..group.end).contains(&parent) {
+            if !(group.first..group.end).contains(&parent) || alone(last.first) {
                 break;
             }
             let columns = group.end - last.first;
