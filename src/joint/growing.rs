@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Pose2;
 use crate::map::RelativeFactor;
 use crate::solver::{
-    Block, Incremental, Linearization, Loss, Options, PairQuadratic, Problem, Report, Solver,
+    Block, Incremental, Laziness, Linearization, Loss, Options, PairQuadratic, Problem, Report, Solver,
 };
 
 /// The factors so far.
@@ -29,7 +29,7 @@ pub struct GrowingGraph {
 impl GrowingGraph {
     /// A graph of one pose.
     pub fn new(first: Pose2) -> Self {
-        let mut solver = Incremental::new();
+        let mut solver = Incremental::new(Laziness::default());
         solver.add_block(first.to_array(), true);
         GrowingGraph { factors: Factors::default(), solver }
     }

@@ -164,9 +164,14 @@ impl Front {
         for (k, &b) in clique.rows.iter().enumerate() {
             self.w[own + 3 * k..own + 3 * k + 3].copy_from_slice(&delta[b as usize]);
         }
-        let columns = 3 * clique.columns.len();
-        backward_panel(&clique.panel, clique.stride(), columns, &clique.solved, &mut self.w);
-        &self.w[..columns]
+        solve_front(clique, &mut self.w);
+        &self.w[..3 * clique.columns.len()]
+    }
+}
+
+wide! {
+    fn solve_front(clique: &Clique, w: &mut [f64]) {
+        backward_panel(&clique.panel, clique.stride(), 3 * clique.columns.len(), &clique.solved, w);
     }
 }
 

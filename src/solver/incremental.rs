@@ -9,14 +9,31 @@ use super::ordering::{Graph, minimum_degree_between};
 use super::structure::{Analysis, analyse};
 use super::{Block, Linearization, PairQuadratic, Problem};
 
-/// A block is linearised anew when its estimate is further away than this (metres, radians).
-const RELINEARISE_BEYOND: f64 = 0.05;
-/// A change of the estimate is carried on to the blocks below only if it is larger.
-const CARRIES_ON: f64 = 1e-4;
+/// How little an update may leave undone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Laziness {
+    /// A block is linearised anew when its estimate is further away than this from where it was (metres, radians).
+    pub relinearise_beyond: f64,
+    /// A change of a block's estimate is carried on to the blocks below only if it is larger.
+    pub carry_beyond: f64,
+}
+
+impl Laziness {
+    /// Every update is a full Gauss–Newton step, to rounding.
+    pub const NONE: Laziness = Laziness { relinearise_beyond: 0.0, carry_beyond: 0.0 };
+}
+
+impl Default for Laziness {
+    /// The values of iSAM2.
+    fn default() -> Self {
+        Laziness { relinearise_beyond: 0.1, carry_beyond: 1e-3 }
+    }
+}
 
 /// Terms, the blocks they are on, and the current solution.
 #[derive(Debug, Clone, Default)]
 pub struct Incremental {
+    laziness: Laziness,
     /// Where each block is linearised.
     linearised: Vec<Block>,
     /// Estimate minus `linearised`.
@@ -38,8 +55,8 @@ pub struct Incremental {
 
 impl Incremental {
     /// Nothing yet.
-    pub fn new() -> Self {
-        Incremental::default()
+    pub fn new(laziness: Laziness) -> Self {
+        Incremental { laziness, ..Incremental::default() }
     }
 
     /// Adds a block that starts at `start`; a held one never moves. Returns its index.
@@ -112,7 +129,8 @@ impl Incremental {
     /// Linearises anew the blocks that have gone too far; returns all blocks whose supernodes that concerns.
     fn relinearise(&mut self, problem: &dyn Problem) -> Vec<u32> {
         let mut touched = Vec::new();
-        let far = |d: &Block| d.iter().any(|d| d.abs() > RELINEARISE_BEYOND);
+        let beyond = self.laziness.relinearise_beyond;
+        let far = |d: &Block| d.iter().any(|d| d.abs() > beyond);
         let gone: Vec<u32> = self.computed.drain(..).filter(|&b| far(&self.delta[b as usize])).collect();
         for &b in &gone {
             self.linearised[b as usize] = self.block(b as usize);
@@ -270,7 +288,8 @@ impl Incremental {
             let solved = self.front.solve(clique, &self.delta);
             for (&b, new) in clique.columns.iter().zip(solved.as_chunks::<3>().0) {
                 let old = &mut self.delta[b as usize];
-                self.changed[b as usize] = old.iter().zip(new).any(|(o, n)| (o - n).abs() > CARRIES_ON);
+                self.changed[b as usize] =
+                    old.iter().zip(new).any(|(o, n)| (o - n).abs() > self.laziness.carry_beyond);
                 *old = *new;
                 self.computed.push(b);
             }

@@ -19,7 +19,7 @@ mod report;
 mod simd;
 mod structure;
 
-pub use incremental::Incremental;
+pub use incremental::{Incremental, Laziness};
 pub use lm::{Solver, minimize};
 pub use loss::Loss;
 pub use report::{Iteration, Polish, Report, Termination, Timings};

@@ -1,2 +1,3 @@
 mod covariance;
+mod incremental;
 mod linear;
