@@ -18,6 +18,7 @@ mod page;
 mod paper_figures;
 mod runs;
 mod scan_match;
+mod solver_scale;
 mod stats;
 mod table1;
 mod time;
@@ -31,7 +32,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 15] = [
+const SECTIONS: [(&str, Measure); 16] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -44,6 +45,7 @@ const SECTIONS: [(&str, Measure); 15] = [
     ("backends", backends::section),
     ("paper", formulations::section),
     ("graphs", graphs::section),
+    ("solver-scale", solver_scale::section),
     ("table1", table1::section),
     ("ablations", ablations::section),
     ("figures", paper_figures::section),

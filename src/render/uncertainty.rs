@@ -24,7 +24,8 @@ pub fn ellipses(map: &SlamMap, position_covariances: &[[f64; 3]], view: &Viewpor
         let angle = (2.0 * xy).atan2(xx - yy) / 2.0;
         let half_axis = |variance: f64| (SIGMAS * variance.max(0.0).sqrt() * view.scale) as f32;
         let (a, b) = (half_axis(middle + radius), half_axis(middle - radius));
-        if !(a >= 0.75 && a.is_finite()) || !spacing.take(centre) {
+        let seen = a >= 0.75 && a.is_finite();
+        if !seen || !spacing.take(centre) {
             continue;
         }
         let (s, c) = (angle.sin() as f32, angle.cos() as f32);

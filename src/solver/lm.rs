@@ -71,7 +71,8 @@ impl Solver {
     }
 
     fn iterate(&mut self, problem: &dyn Problem, x: &mut Vec<Block>, options: &Options, report: &mut Report) {
-        let mut search = Search { damping: 0.0, fresh: false, kept: false, last_step: f64::INFINITY };
+        let mut search =
+            Search { damping: 0.0, fresh: false, kept: false, last_step: f64::INFINITY, pending: None };
         report.termination = loop {
             if report.accepted_steps() >= options.max_iterations {
                 break Termination::MaxIterations;
@@ -82,7 +83,8 @@ impl Solver {
         };
         report.undetermined = self.equations.undetermined();
         if report.termination != Termination::MaxIterations {
-            report.polish = polish(problem, x, &mut self.equations, options, &mut report.final_cost);
+            let first = search.pending.take();
+            report.polish = polish(problem, x, &mut self.equations, first, options, &mut report.final_cost);
             report.conclude_polish();
         }
     }
@@ -119,6 +121,7 @@ impl Solver {
             let promised = -0.5 * delta.iter().zip(&self.equations.gradient).map(|(d, g)| d * g).sum::<f64>();
             let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
             if rounding || step_max <= options.step {
+                search.pending = Some(delta).filter(|_| search.damping == 0.0);
                 return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
             }
             let mut candidate = self.equations.moved(x, &delta);
@@ -170,6 +173,8 @@ struct Search {
     kept: bool,
     /// Largest entry of the last accepted step.
     last_step: f64,
+    /// The undamped step that was too small to be tried.
+    pending: Option<Vec<f64>>,
 }
 
 impl Search {

@@ -21,12 +21,14 @@ const KEPT_SHRINKS_TO: f64 = 0.2;
 const MOST_STEPS: usize = 20;
 
 /// Takes Gauss–Newton steps from `x` while they are small, shrink, and leave the cost the same up to rounding, until
-/// one is at most `options.step`. `equations` are those at `x`, with a factor of about there. All together cannot move
+/// one is at most `options.step`. `equations` are those at `x`, with a factor of about there; `pending`: the step that
+/// they give, if it is known. All together cannot move
 /// anything by more than a millimetre.
 pub(super) fn polish(
     problem: &dyn Problem,
     x: &mut Vec<Block>,
     equations: &mut NormalEquations,
+    mut pending: Option<Vec<f64>>,
     options: &Options,
     final_cost: &mut f64,
 ) -> Polish {
@@ -35,7 +37,7 @@ pub(super) fn polish(
     let mut longest = LONGEST_STEP;
     let mut fresh = false;
     while done.steps < MOST_STEPS {
-        let step = equations.step();
+        let step = pending.take().or_else(|| equations.step());
         let step_max = step.iter().flatten().fold(0.0_f64, |m, d| m.max(d.abs()));
         let target = if done.steps == 0 { LONGEST_STEP } else { longest * KEPT_SHRINKS_TO / SHRINKS_TO };
         if !fresh && (step.is_none() || step_max > target.max(options.step)) {
