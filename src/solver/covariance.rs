@@ -42,7 +42,7 @@ impl NormalEquations {
         let mut result = [Matrix3::zeros(); 2];
         let Some(column) = self.column(block) else { return result };
         for k in 0..3 {
-            let mut x = vec![0.0; self.gradient.len()];
+            let mut x = vec![0.0; 3 * self.structure.supernode_of.len()];
             x[3 * column + k] = 1.0;
             self.factor.solve(&self.structure, &mut x);
             for (result, &row) in result.iter_mut().zip(&rows) {

@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use super::normal_equations::NormalEquations;
-use super::polish::polish;
+use super::polish::{Place, polish};
 use super::{Block, Iteration, Options, Problem, Report, Termination};
 
 /// λ below which the step is Gauss–Newton for all that doubles can tell.
@@ -66,13 +66,14 @@ impl Solver {
     pub fn gauss_newton_step(&mut self, problem: &dyn Problem, x: &[Block]) -> Option<Vec<Block>> {
         self.equations.assemble(problem, x);
         self.equations.factor(0.0);
-        let delta = self.equations.step()?;
-        Some(self.equations.moved(x, &delta))
+        let mut moved = x.to_vec();
+        self.equations.step().then(|| self.equations.advance(&mut moved))?;
+        Some(moved)
     }
 
     fn iterate(&mut self, problem: &dyn Problem, x: &mut Vec<Block>, options: &Options, report: &mut Report) {
         let mut search =
-            Search { damping: 0.0, fresh: false, kept: false, last_step: f64::INFINITY, pending: None };
+            Search { damping: 0.0, last_step: f64::INFINITY, candidate: x.clone(), ..Search::default() };
         report.termination = loop {
             if report.accepted_steps() >= options.max_iterations {
                 break Termination::MaxIterations;
@@ -83,8 +84,9 @@ impl Solver {
         };
         report.undetermined = self.equations.undetermined();
         if report.termination != Termination::MaxIterations {
-            let first = search.pending.take();
-            report.polish = polish(problem, x, &mut self.equations, first, options, &mut report.final_cost);
+            let Search { pending, candidate, .. } = search;
+            let at = Place { x, candidate, cost: &mut report.final_cost };
+            report.polish = polish(problem, at, &mut self.equations, pending, options);
             report.conclude_polish();
         }
     }
@@ -99,33 +101,33 @@ impl Solver {
         options: &Options,
         report: &mut Report,
     ) -> Option<Termination> {
-        let gradient_max = largest(&self.equations.gradient);
+        let gradient_max = self.equations.gradient_max();
         let mut factor = 10.0;
         loop {
             if !search.kept {
                 self.equations.factor(search.damping);
             }
             search.fresh = !search.kept;
-            let Some(delta) = self.equations.step() else {
+            if !self.equations.step() {
                 if search.retry(&mut factor, options) {
                     continue;
                 }
                 return Some(Termination::NoProgress);
-            };
-            let step_max = largest(&delta);
+            }
+            let step_max = self.equations.step_max();
             if search.kept && step_max > KEPT_SHRINKS_TO * search.last_step {
                 search.kept = false;
                 continue;
             }
-            // Of the linear model, at negligible damping: ½ δᵀ(−g).
-            let promised = -0.5 * delta.iter().zip(&self.equations.gradient).map(|(d, g)| d * g).sum::<f64>();
+            let promised = self.equations.promised();
             let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
             if rounding || step_max <= options.step {
-                search.pending = Some(delta).filter(|_| search.damping == 0.0);
+                search.pending = search.damping == 0.0;
                 return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
             }
-            let mut candidate = self.equations.moved(x, &delta);
-            let mut candidate_cost = self.equations.assemble(problem, &candidate);
+            search.candidate.copy_from_slice(x);
+            self.equations.advance(&mut search.candidate);
+            let mut candidate_cost = self.equations.assemble(problem, &search.candidate);
             // Along a strong factor a straight step leaves the valley, and the next ones lead back into it, further down.
             let mut ahead = 0;
             let falls = |cost: f64| cost < report.final_cost;
@@ -133,14 +135,16 @@ impl Solver {
                 ahead += 1;
                 self.equations.factor(0.0);
                 search.fresh = true;
-                let Some(delta) = self.equations.step() else { break };
-                candidate = self.equations.moved(&candidate, &delta);
-                candidate_cost = self.equations.assemble(problem, &candidate);
+                if !self.equations.step() {
+                    break;
+                }
+                self.equations.advance(&mut search.candidate);
+                candidate_cost = self.equations.assemble(problem, &search.candidate);
             }
             let accepted = falls(candidate_cost);
             let share = promised / report.final_cost;
             if accepted {
-                *x = candidate;
+                std::mem::swap(x, &mut search.candidate);
                 report.final_cost = candidate_cost;
             } else {
                 self.equations.assemble(problem, x);
@@ -164,6 +168,7 @@ impl Solver {
 }
 
 /// How the next step is to be made.
+#[derive(Default)]
 struct Search {
     /// λ.
     damping: f64,
@@ -173,8 +178,10 @@ struct Search {
     kept: bool,
     /// Largest entry of the last accepted step.
     last_step: f64,
-    /// The undamped step that was too small to be tried.
-    pending: Option<Vec<f64>>,
+    /// True if the step at hand is undamped and was too small to be tried.
+    pending: bool,
+    /// Where a step leads.
+    candidate: Vec<Block>,
 }
 
 impl Search {
@@ -198,10 +205,6 @@ impl Search {
         }
         self.damping <= HOPELESS_DAMPING
     }
-}
-
-fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m, d| m.max(d.abs()))
 }
 
 fn milliseconds(since: Instant) -> f64 {

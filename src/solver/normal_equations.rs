@@ -30,7 +30,9 @@ pub(super) struct NormalEquations {
     /// Off-diagonal slots: for each term in turn every pair of its blocks, (0, 1), (0, 2), … (1, 2), …
     slots: Vec<Slot>,
     /// g, 3 per block column.
-    pub gradient: Vec<f64>,
+    gradient: Vec<f64>,
+    /// δ, likewise.
+    delta: Vec<f64>,
     pub factor: Factor,
 }
 
@@ -76,7 +78,7 @@ impl NormalEquations {
         }
         let factor = Factor::new(&structure);
         let gradient = vec![0.0; 3 * free as usize];
-        NormalEquations { column_of, block_of, structure, h, slots, gradient, factor }
+        NormalEquations { column_of, block_of, structure, h, slots, gradient, delta: Vec::new(), factor }
     }
 
     /// Fills H and g at x; returns the cost there.
@@ -174,11 +176,27 @@ impl NormalEquations {
         self.factor.compute(&self.structure, &self.h, damping);
     }
 
-    /// δ with LLᵀδ = −g for the factor at hand; `None` if it is not finite. Order: block columns.
-    pub fn step(&mut self) -> Option<Vec<f64>> {
-        let mut delta: Vec<f64> = self.gradient.iter().map(|g| -g).collect();
-        self.factor.solve(&self.structure, &mut delta);
-        delta.iter().all(|d| d.is_finite()).then_some(delta)
+    /// Puts δ with LLᵀδ = −g for the factor at hand into `delta`; false if it is not finite.
+    pub fn step(&mut self) -> bool {
+        self.delta.clear();
+        self.delta.extend(self.gradient.iter().map(|g| -g));
+        self.factor.solve(&self.structure, &mut self.delta);
+        self.delta.iter().all(|d| d.is_finite())
+    }
+
+    /// Largest entry of `delta`.
+    pub fn step_max(&self) -> f64 {
+        largest(&self.delta)
+    }
+
+    /// Largest entry of g.
+    pub fn gradient_max(&self) -> f64 {
+        largest(&self.gradient)
+    }
+
+    /// What `delta` promises to take off the cost, of the linear model at negligible damping: ½ δᵀ(−g).
+    pub fn promised(&self) -> f64 {
+        -0.5 * self.delta.iter().zip(&self.gradient).map(|(d, g)| d * g).sum::<f64>()
     }
 
     /// Block column of a block that is free.
@@ -186,15 +204,13 @@ impl NormalEquations {
         Some(self.column_of[block]).filter(|&c| c != HELD).map(|c| c as usize)
     }
 
-    /// x ⊕ δ: plain addition on every free block.
-    pub fn moved(&self, x: &[Block], delta: &[f64]) -> Vec<Block> {
-        let mut moved = x.to_vec();
-        for (&block, delta) in self.block_of.iter().zip(delta.as_chunks::<3>().0) {
-            for (x, d) in moved[block as usize].iter_mut().zip(delta) {
+    /// x ← x ⊕ δ: plain addition on every free block.
+    pub fn advance(&self, x: &mut [Block]) {
+        for (&block, delta) in self.block_of.iter().zip(self.delta.as_chunks::<3>().0) {
+            for (x, d) in x[block as usize].iter_mut().zip(delta) {
                 *x += d;
             }
         }
-        moved
     }
 
     /// Blocks with a number that nothing determines, as far as doubles can tell, ascending: their pivots were replaced.
@@ -205,6 +221,10 @@ impl NormalEquations {
         blocks.dedup();
         blocks
     }
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m, d| m.max(d.abs()))
 }
 
 /// The blocks of H for a structure, all zero.
