@@ -4,15 +4,16 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 use hitl_slam::geometry::{Pose2, Scatter, Vec2, wrap_angle};
+use hitl_slam::io;
 use hitl_slam::joint::problem::{JointProblem, RelationTerm, RelativeTerm, SightingTerm, TieTerm};
-use hitl_slam::joint::{Backend, Options};
+use hitl_slam::joint::{Backend, GrowingGraph, Options};
 use hitl_slam::map::Mode;
 use hitl_slam::solver::Loss;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 
-use crate::page::{Claim, Result, Section};
+use crate::page::{Claim, Result, Section, project};
 use crate::stats::Sample;
 
 const LAP: usize = 500;
@@ -112,6 +113,54 @@ fn peak_mb() -> f64 {
     kib.map_or(f64::NAN, |kib| kib * 1024.0 / 1e6)
 }
 
+/// Public graphs fed pose by pose, every pose with the factors that end in it.
+fn grown() -> Result<String> {
+    let mut rows = String::new();
+    for name in ["INTEL", "M3500", "city10000"] {
+        let path = project(&format!("../shared/data/g2o_2d/{name}.g2o.xz"));
+        if !path.exists() {
+            continue;
+        }
+        let map = io::g2o::read(&path)?.value;
+        let mut arriving = vec![Vec::new(); map.poses.len()];
+        for f in &map.relative_factors {
+            arriving[f.i.max(f.j)].push(*f);
+        }
+        let mut graph = GrowingGraph::new(map.poses[0]);
+        let mut ms = Vec::with_capacity(arriving.len());
+        for factors in &arriving[1..] {
+            let start = Instant::now();
+            graph.add(factors)?;
+            ms.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+        let start = Instant::now();
+        let (settled, _) = graph.settled(&Options::default().solver);
+        let settle_ms = start.elapsed().as_secs_f64() * 1e3;
+        let chi2 = |poses: &[Pose2]| -> f64 {
+            map.relative_factors.iter().map(|f| f.chi2(poses[f.i], poses[f.j])).sum()
+        };
+        let total_s = ms.iter().sum::<f64>() / 1e3;
+        ms.sort_by(f64::total_cmp);
+        rows += &format!(
+            "| {name} | {total_s:.2} | {:.3} | {:.2} | {:.1} | {:.3} | {:.6} | {settle_ms:.1} |\n",
+            ms[ms.len() / 2],
+            ms[ms.len() * 99 / 100],
+            ms[ms.len() - 1],
+            chi2(&graph.poses()),
+            chi2(&settled),
+        );
+    }
+    if rows.is_empty() {
+        return Ok("\nPose by pose: not measured, the public graphs are not there.\n".into());
+    }
+    Ok(format!(
+        "\nPublic graphs grown pose by pose (`joint::GrowingGraph`), an update of the estimate after each; wall clock on a shared machine. \
+         `settled`: the batch solver from the last estimate.\n\n\
+         | graph | total, s | median, ms | p99, ms | largest, ms | χ² of the last estimate | χ² settled | settling, ms |\n\
+         |---|---|---|---|---|---|---|---|\n{rows}"
+    ))
+}
+
 pub fn section() -> Result<Section> {
     let mut body = String::from(
         "Chains of laps of 500 poses (`solver_scale.rs`), one correction per thousand poses, started 5 cm off everywhere; validation, ordering, all \
@@ -140,6 +189,7 @@ pub fn section() -> Result<Section> {
         single.ms.with_range(1),
         single.steps
     );
+    body += &grown()?;
     let growth = per_pose_us[3] / per_pose_us[1];
     let claims = vec![Claim {
         what: "time a pose, 1e6 poses over 1e4 poses".into(),
