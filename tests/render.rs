@@ -125,6 +125,7 @@ fn grid_labels_overlays_and_titles_appear_in_both_formats() {
         ends: [Vec2::new(8.0, 2.0), Vec2::new(1e9, 2.0)],
         label: "c1 <a>".into(),
         colour: Colour::RED,
+        width_px: 4.0,
     };
     let options = MapPictureOptions {
         title: Some("before & after".into()),

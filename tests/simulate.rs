@@ -394,3 +394,17 @@ fn the_office_loses_thirty_degrees_in_one_step_and_its_covariance_does_not_know(
     let usual = s.map.relative_factors[0].information.covariance()[(2, 2)];
     assert!((failed[0].information.covariance()[(2, 2)] / usual - 1.0).abs() < 0.05);
 }
+
+#[test]
+fn a_thorough_person_draws_what_the_scenario_asks_for_and_then_every_corridor_straight() {
+    for (scenario, at_least) in [(Scenario::OfficeBent, 8), (Scenario::Campus, 30), (Scenario::LostPoses, 0)]
+    {
+        let plain = simulate(scenario, |_| ());
+        let thorough = simulate(scenario, |s| s.thorough = true);
+        let (own, more) = thorough.corrections.split_at(plain.corrections.len());
+        assert_eq!(own, plain.corrections, "{scenario}: the same strokes, to the last digit");
+        assert!(more.len() >= at_least, "{scenario}: {}", more.len());
+        assert!(more.iter().all(|c| c.mode == Mode::Collinear));
+        assert_eq!(thorough.map, plain.map);
+    }
+}

@@ -41,6 +41,7 @@ fn methods() -> Vec<(&'static str, Method)> {
     let i = default.interpret;
     vec![
         ("**default**", Method::Pipeline(default)),
+        ("without EM: strokes as drawn", with(interpret::Options { max_rounds: 0, ..i })),
         ("EM stopped after one round", with(interpret::Options { max_rounds: 1, ..i })),
         ("no explicit step, no COP-SLAM", Method::Pipeline(Options { initial_guess: false, ..default })),
         ("COP-SLAM alone, nothing optimised", Method::CopSlamAlone),
@@ -194,19 +195,26 @@ fn noise() -> Result<String> {
         "---|".repeat(MAPS.len())
     );
     let mut curves: Vec<(Scenario, Vec<Sample>)> = MAPS.iter().map(|&s| (s, Vec::new())).collect();
+    let default = Options::default();
+    let as_drawn =
+        Options { interpret: interpret::Options { max_rounds: 0, ..default.interpret }, ..default };
     for noise_m in NOISES_M {
-        text += &format!("| {:.0} |", 100.0 * noise_m);
+        let mut rows = [format!("| {:.0} |", 100.0 * noise_m), "| … without EM |".to_owned()];
         for (scenario, curve) in &mut curves {
             let all = runs::parallel(&seeds, |&seed| {
                 let s = runs::simulated(*scenario, seed, noise_m)?;
-                outcome(&s, Method::Pipeline(Options::default()))
+                Ok([outcome(&s, Method::Pipeline(default))?, outcome(&s, Method::Pipeline(as_drawn))?])
             })?;
-            let sample = Sample::of(all.iter().map(|o| o.ate_m));
-            let rejected: usize = all.iter().map(|o| o.rejected).sum();
-            text += &format!(" {} ({rejected}) |", sample.with_interval(3));
-            curve.push(sample);
+            for (k, row) in rows.iter_mut().enumerate() {
+                let sample = Sample::of(all.iter().map(|o| o[k].ate_m));
+                let rejected: usize = all.iter().map(|o| o[k].rejected).sum();
+                *row += &format!(" {} ({rejected}) |", sample.with_interval(3));
+                if k == 0 {
+                    curve.push(sample);
+                }
+            }
         }
-        text += "\n";
+        text += &(rows.join("\n") + "\n");
     }
     Ok(text + &figures::noise_plot(&NOISES_M, &curves)?)
 }

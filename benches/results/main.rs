@@ -13,6 +13,7 @@ mod crosscheck;
 mod figures;
 mod formulations;
 mod graphs;
+mod inconsistency;
 mod invariance;
 mod page;
 mod paper_figures;
@@ -47,6 +48,7 @@ const SECTIONS: [(&str, Measure); 16] = [
     ("graphs", graphs::section),
     ("solver-scale", solver_scale::section),
     ("table1", table1::section),
+    ("inconsistency", inconsistency::section),
     ("ablations", ablations::section),
     ("figures", paper_figures::section),
 ];

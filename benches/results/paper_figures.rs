@@ -3,13 +3,13 @@
 
 use hitl_slam::explicit;
 use hitl_slam::geometry::{Pose2, Segment, Vec2};
-use hitl_slam::map::{Mode, SlamMap, Trajectory};
+use hitl_slam::map::{Correction, Mode, SlamMap, Trajectory};
 use hitl_slam::metrics::{self, InconsistencyOptions};
 use hitl_slam::pipeline::Options;
 use hitl_slam::render::{
     self, Anchor, Colour, Heat, Item, MapPictureOptions, Overlay, Picture, PixelRect, WorldRect,
 };
-use hitl_slam::simulate::{Scenario, Simulation};
+use hitl_slam::simulate::{self, Scenario, Settings, Simulation};
 
 use crate::figures::save;
 use crate::page::{Result, Section};
@@ -107,9 +107,9 @@ fn mode_key() -> Picture {
 fn information() -> Result<String> {
     let s = runs::simulated(Scenario::OfficeBent, 1, 0.02)?;
     let (after, _) = runs::corrected(&s.map, &s.corrections, Options::default())?;
-    let options = MapPictureOptions { size_px: 560, title: Some("office-bent".into()), ..Default::default() };
-    let matrix = render::information(&after, 430, Some("information matrix"));
-    let picture = render::tiled(&[render::map(&after, &options), matrix], 2);
+    let options = MapPictureOptions { size_px: 900, title: Some("office-bent".into()), ..Default::default() };
+    let matrix = render::information(&after, 560, Some("information matrix"));
+    let picture = render::tiled(&[render::map(&after, &options), matrix], 1);
     save(
         "information.png",
         "a corrected map and its information matrix, human factors coloured by mode",
@@ -141,6 +141,7 @@ fn lost_poses() -> Result<String> {
         ends: w.segment.ends(),
         label: String::new(),
         colour: Colour::INK,
+        width_px: 1.2,
     };
     let maps = [laid_on_truth(&s.map, &s), laid_on_truth(&after, &s)];
     let around = WorldRect::around(&maps[0]).union(&WorldRect::around(&maps[1]));
@@ -161,11 +162,17 @@ fn lost_poses() -> Result<String> {
 fn collinear() -> Result<String> {
     let s = runs::simulated(Scenario::LostPoses, 1, 0.02)?;
     let crop = WorldRect::new(Vec2::new(-1.2, 4.4), Vec2::new(4.2, 9.6));
+    // The room as far as it is right before the corner is seen a second time, then north and west, and nothing else.
+    let mut told: Vec<Correction> = s.corrections[..4].to_vec();
+    let collinear: Vec<Correction> =
+        s.corrections[4..].iter().filter(|c| c.mode == Mode::Collinear).take(2).cloned().collect();
     let mut panels = Vec::new();
     for (count, title) in
-        [(4, "two images of one corner"), (5, "north wall collinear"), (6, "then the west wall too")]
+        [(0, "two images of one corner"), (1, "the north wall collinear"), (2, "then the west wall too")]
     {
-        let (map, _) = runs::corrected(&s.map, &s.corrections[..count], Options::default())?;
+        told.truncate(4);
+        told.extend_from_slice(&collinear[..count]);
+        let (map, _) = runs::corrected(&s.map, &told, Options::default())?;
         let mut shown = map;
         shown.human_factors = shown.human_factors.split_off(4.min(shown.human_factors.len()));
         let options =
@@ -183,16 +190,26 @@ fn collinear() -> Result<String> {
 fn heat() -> Result<String> {
     let s = runs::simulated(Scenario::OfficeBent, 1, 0.02)?;
     let (after, _) = runs::corrected(&s.map, &s.corrections, Options::default())?;
+    let settings = Settings { thorough: true, ..Settings::default() };
+    let patient = simulate::run(Scenario::OfficeBent, &settings)?.corrections;
+    let (straight, _) = runs::corrected(&s.map, &patient, Options::default())?;
+    let true_map = SlamMap { poses: s.truth.clone(), ..s.map.clone() };
+    let true_m2 = metrics::inconsistency(&true_map, &InconsistencyOptions::default())?.area_m2;
     let mut panels = Vec::new();
-    for (map, when) in [(&s.map, "before"), (&after, "after")] {
+    let [usual, thorough] = [s.corrections.len(), patient.len()].map(|n| format!("after {n} corrections"));
+    for (map, when) in [(&s.map, "before"), (&after, &usual), (&straight, &thorough)] {
         let found = metrics::inconsistency(map, &InconsistencyOptions::default())?;
         let options = MapPictureOptions {
             size_px: 900,
-            title: Some(format!("office-bent, {when}: {:.0} m²", found.area_m2)),
+            title: Some(format!("office-bent, {when}: {:.0} m² (true map: {true_m2:.0} m²)", found.area_m2)),
             heat: Some(Heat { side_m: found.resolution_m, cells: found.cells }),
             ..Default::default()
         };
         panels.push(render::map(map, &options));
     }
-    save("inconsistency.png", "where a map contradicts itself, before and after", &render::tiled(&panels, 1))
+    save(
+        "inconsistency.png",
+        "where a map contradicts itself: before, after the usual corrections, after those of a thorough person",
+        &render::tiled(&panels, 1),
+    )
 }

@@ -39,6 +39,9 @@ pub struct Args {
     /// Standard deviation of a drawn end point, per axis
     #[arg(long, value_name = "M", default_value_t = Settings::default().drawing_noise_m)]
     drawing_noise_m: f64,
+    /// The person goes on after the scenario's own corrections and draws every corridor straight
+    #[arg(long)]
+    thorough: bool,
 }
 
 /// Runs the command.
@@ -52,6 +55,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
         drift: args.drift,
         range_noise_m: args.range_noise_m,
         drawing_noise_m: args.drawing_noise_m,
+        thorough: args.thorough,
     };
     io::check_map_path(&args.output.join("map.npz"))?;
     let simulation = simulate::run(scenario, &settings)?;

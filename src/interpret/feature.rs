@@ -1,6 +1,7 @@
 //! From a fitted stroke to a feature: S, X and the references that keep it in place.
 
-use std::ops::RangeBounds;
+use std::cmp::Reverse;
+use std::ops::{RangeBounds, RangeInclusive};
 
 use super::Options;
 use super::em::{self, Candidate, Fit, REACH_SIGMAS};
@@ -142,16 +143,19 @@ fn candidates(
 }
 
 /// The feature as it enters the map: `segment` is the fitted one, its direction already aligned with its partner's.
-/// `own_side` are the poses on its side of the cut ([`super::split`]); if there are none, all count.
+/// `own_side` are the poses on its side of the cut ([`super::split`]); if there are none, all count. Of the visits
+/// there, one ties the segment along its wall: the one that holds `anchor`, the pose that the stroke was drawn from,
+/// else the one that saw most. Where another visit is along the same wall is what nobody said.
 pub fn make_feature(
     segment: Segment,
     caught: &Caught,
     own_side: impl RangeBounds<usize>,
+    anchor: Option<usize>,
     observations: &Observations,
     poses: &[Pose2],
 ) -> Feature {
     let mut feature = Feature { segment, points: caught.points.clone(), sightings: Vec::new() };
-    let all_tied = !caught.poses.iter().any(|(pose, _)| own_side.contains(pose));
+    let tied = tying_visit(&caught.poses, own_side, anchor);
     let mut rest = &caught.points[..];
     for &(pose, count) in &caught.poses {
         let (mine, others) = rest.split_at(count);
@@ -160,10 +164,26 @@ pub fn make_feature(
         let world_from_robot = poses[pose];
         feature.sightings.push(Sighting {
             pose,
-            tied: all_tied || own_side.contains(&pose),
+            tied: tied.contains(&pose),
             along_m: segment.along_across(world_from_robot.transform_point(mean)).0,
             bearing_rad: angle_diff(segment.direction_rad, world_from_robot.theta_rad),
         });
     }
     feature
+}
+
+/// First and last pose of the visit that ties.
+fn tying_visit(
+    seen_from: &[(usize, usize)],
+    own_side: impl RangeBounds<usize>,
+    anchor: Option<usize>,
+) -> RangeInclusive<usize> {
+    let own: Vec<(usize, usize)> = seen_from.iter().copied().filter(|s| own_side.contains(&s.0)).collect();
+    let usable = if own.is_empty() { seen_from } else { &own };
+    let visits = usable.chunk_by(|a, b| b.0 - a.0 <= VISIT_GAP);
+    let ends = |visit: &[(usize, usize)]| visit[0].0..=visit[visit.len() - 1].0;
+    let support = |visit: &[(usize, usize)]| visit.iter().map(|s| s.1).sum::<usize>();
+    let drawn_on = |visit: &[(usize, usize)]| anchor.is_some_and(|pose| ends(visit).contains(&pose));
+    let best = visits.max_by_key(|v| (drawn_on(v), support(v), Reverse(v[0].0)));
+    best.map_or(0..=0, ends)
 }

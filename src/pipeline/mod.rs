@@ -137,8 +137,11 @@ impl Corrector {
         let [a, b] = &caught[..] else { return Ok((report, None)) };
         let anchors = [&correction.a, &correction.b].map(|stroke| interpret::anchor(&self.map, stroke));
         let split = interpret::split(a, b, anchors);
-        let (a, b) = if split.swapped { (b, a) } else { (a, b) };
-        let Some(factor) = self.factor(correction, a, b, split.cut) else {
+        let (sides, anchors) = match split.swapped {
+            true => ([b, a], [anchors[1], anchors[0]]),
+            false => ([a, b], anchors),
+        };
+        let Some(factor) = self.factor(correction, sides, anchors, split.cut) else {
             report.refuse(ambiguous(correction.mode));
             return Ok((report, None));
         };
@@ -212,7 +215,13 @@ impl Corrector {
     }
 
     /// The human factor, directions aligned so that sin Δφ (cos Δφ) has its zero in reach; `None`: ambiguous.
-    fn factor(&self, correction: &Correction, a: &Caught, b: &Caught, cut: usize) -> Option<HumanFactor> {
+    fn factor(
+        &self,
+        correction: &Correction,
+        [a, b]: [&Caught; 2],
+        [anchor_a, anchor_b]: [Option<usize>; 2],
+        cut: usize,
+    ) -> Option<HumanFactor> {
         let (segment_a, mut segment_b) = (a.fit.segment, b.fit.segment);
         explicit::rotation(correction.mode, &segment_a, &segment_b)?;
         if angle_diff(segment_b.direction_rad, segment_a.direction_rad).abs() > std::f64::consts::FRAC_PI_2 {
@@ -223,8 +232,8 @@ impl Corrector {
             id: correction.id.clone(),
             mode: correction.mode,
             weight: correction.weight,
-            a: interpret::make_feature(segment_a, a, ..cut, observations, poses),
-            b: interpret::make_feature(segment_b, b, cut.., observations, poses),
+            a: interpret::make_feature(segment_a, a, ..cut, anchor_a, observations, poses),
+            b: interpret::make_feature(segment_b, b, cut.., anchor_b, observations, poses),
         })
     }
 

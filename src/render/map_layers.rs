@@ -17,6 +17,8 @@ pub struct Overlay {
     pub label: String,
     /// Colour of segment and label.
     pub colour: Colour,
+    /// Width of the line in a picture of usual size, pixels; wide ones get a white edge.
+    pub width_px: f32,
 }
 
 /// All points of the map that fall into the frame.
@@ -148,8 +150,10 @@ pub fn overlays(overlays: &[Overlay], view: &Viewport, unit: f32) -> Vec<Item> {
     let mut items = Vec::new();
     for overlay in overlays {
         let Some(ends) = view.clipped(overlay.ends, 20.0 * unit) else { continue };
-        items.push(Item::line(ends.to_vec(), 7.0 * unit, Colour::WHITE));
-        items.push(Item::line(ends.to_vec(), 4.0 * unit, overlay.colour));
+        if overlay.width_px >= 3.0 {
+            items.push(Item::line(ends.to_vec(), (overlay.width_px + 3.0) * unit, Colour::WHITE));
+        }
+        items.push(Item::line(ends.to_vec(), overlay.width_px * unit, overlay.colour));
         if overlay.label.is_empty() {
             continue;
         }

@@ -2,17 +2,21 @@
 
 use super::scene::{Item, Layer, Picture, PixelPoint, PixelRect};
 
-/// The pictures in rows of `columns` (1 at least), each in a cell of the largest one's size, from the top left.
+/// The pictures in rows of `columns` (1 at least), from the top left; a row is as high as its highest picture, a column
+/// as wide as its widest.
 pub fn tiled(pictures: &[Picture], columns: usize) -> Picture {
     let columns = columns.clamp(1, pictures.len().max(1));
-    let width = pictures.iter().map(Picture::width).max().unwrap_or(1);
-    let height = pictures.iter().map(Picture::height).max().unwrap_or(1);
-    let rows = pictures.len().div_ceil(columns).max(1);
-    let mut all = Picture::new(width * columns as u32, height * rows as u32);
+    let largest = |sizes: &mut dyn Iterator<Item = u32>| sizes.max().unwrap_or(1);
+    let widths: Vec<u32> = (0..columns)
+        .map(|c| largest(&mut pictures.iter().skip(c).step_by(columns).map(Picture::width)))
+        .collect();
+    let heights: Vec<u32> =
+        pictures.chunks(columns).map(|row| largest(&mut row.iter().map(Picture::height))).collect();
+    let mut all = Picture::new(widths.iter().sum::<u32>().max(1), heights.iter().sum::<u32>().max(1));
     for (k, picture) in pictures.iter().enumerate() {
-        let by = [(k % columns) as f32 * width as f32, (k / columns) as f32 * height as f32];
+        let by = [widths[..k % columns].iter().sum::<u32>(), heights[..k / columns].iter().sum::<u32>()];
         for layer in &picture.layers {
-            all.layers.push(moved(layer, by));
+            all.layers.push(moved(layer, by.map(|v| v as f32)));
         }
     }
     all

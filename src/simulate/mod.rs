@@ -39,11 +39,13 @@ pub struct Settings {
     pub range_noise_m: f64,
     /// Standard deviation of a stroke's end point, per axis, metres, 0..=10.
     pub drawing_noise_m: f64,
+    /// The person goes on where the map is closed already, and draws every corridor straight.
+    pub thorough: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { seed: 1, drift: 1.0, range_noise_m: 0.01, drawing_noise_m: 0.02 }
+        Settings { seed: 1, drift: 1.0, range_noise_m: 0.01, drawing_noise_m: 0.02, thorough: false }
     }
 }
 
@@ -127,8 +129,12 @@ pub fn run(scenario: Scenario, settings: &Settings) -> Result<Simulation> {
 
     let scene =
         strokes::Scene { world: &plan.world, truth: &truth, observations: &observations, seen: &seen };
+    let mut drawings = plan.drawings;
+    if settings.thorough {
+        drawings.extend(plan.rows.iter().flat_map(|row| scene.straighten(row)));
+    }
     let corrections =
-        scene.draw(&plan.drawings, settings.drawing_noise_m, &mut settings.random(Stream::Drawing))?;
+        scene.draw(&drawings, settings.drawing_noise_m, &mut settings.random(Stream::Drawing))?;
 
     let map = SlamMap {
         stamps_s: Some((0..poses.len()).map(|i| i as f64 * STEP_S).collect()),

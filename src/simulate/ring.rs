@@ -49,6 +49,11 @@ impl Ring {
         middle + self.world_from_ring.rotate(Vec2::new(along.y, -along.x) * out)
     }
 
+    /// Names of the four rows of wall that the corridors' outer sides are.
+    pub fn outer_rows(&self) -> impl Iterator<Item = String> {
+        SIDES.map(|side| format!("{}/{side}-outer", self.name)).into_iter()
+    }
+
     /// Draws the building.
     pub fn build(&self, plan: &mut FloorPlan) {
         let half_corridor = Vec2::repeat(self.corridor_m / 2.0);

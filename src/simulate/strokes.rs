@@ -18,6 +18,10 @@ const MIN_RETURNS: usize = 12;
 const MAX_DISTANCE_M: f64 = 6.0;
 /// The outermost returns on the piece must be this close to its ends: both corners are to be seen.
 const END_GAP_M: f64 = 0.25;
+/// Of the pieces of a row, a patient person takes every so many.
+const STRIDE: usize = 2;
+/// … and none shorter than this.
+const MIN_PIECE_M: f64 = 2.0;
 /// Sightings more poses apart than this belong to different visits.
 const VISIT_GAP: usize = 30;
 
@@ -45,7 +49,7 @@ impl Drawing {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     /// Name of the wall.
-    pub wall: &'static str,
+    pub wall: String,
     /// From where to where, metres from the wall's first end; `None`: all of it.
     pub span_m: Option<[f64; 2]>,
     /// Which of the times that it was well seen, from 0.
@@ -56,13 +60,13 @@ pub struct Piece {
 
 impl Piece {
     /// All of a wall.
-    pub fn whole(wall: &'static str, visit: usize) -> Self {
-        Piece { wall, span_m: None, visit, poses: None }
+    pub fn whole(wall: impl Into<String>, visit: usize) -> Self {
+        Piece { wall: wall.into(), span_m: None, visit, poses: None }
     }
 
     /// Some of a wall.
-    pub fn part(wall: &'static str, span_m: [f64; 2], visit: usize) -> Self {
-        Piece { wall, span_m: Some(span_m), visit, poses: None }
+    pub fn part(wall: impl Into<String>, span_m: [f64; 2], visit: usize) -> Self {
+        Piece { wall: wall.into(), span_m: Some(span_m), visit, poses: None }
     }
 
     /// The same piece, on its first visit within a stretch of poses.
@@ -109,6 +113,21 @@ impl Scene<'_> {
         Ok(corrections)
     }
 
+    /// What says that the pieces of a row of walls (`row/0`, `row/1`, …) lie on one line: every second piece that is long
+    /// enough and well seen, on its first visit, with the one before.
+    pub fn straighten(&self, row: &str) -> Vec<Drawing> {
+        let piece = |k: usize| Piece::whole(format!("{row}/{k}"), 0);
+        let clear = |piece: &Piece| {
+            let place = self.place(piece).ok()?;
+            let long = place.span_m[1] - place.span_m[0] >= MIN_PIECE_M;
+            (long && self.anchor(&place, piece).is_some()).then_some(())
+        };
+        let pieces = (0..).map(piece).take_while(|p| self.world.wall(&p.wall).is_some());
+        let chosen: Vec<Piece> = pieces.filter(|p| clear(p).is_some()).step_by(STRIDE).collect();
+        let collinear = |pair: &[Piece]| Drawing::new(Mode::Collinear, pair[0].clone(), pair[1].clone());
+        chosen.windows(2).map(collinear).collect()
+    }
+
     fn stroke(&self, piece: &Piece, drawing_noise_m: f64, random: &mut impl Rng) -> Result<Stroke> {
         let place = self.place(piece)?;
         let pose = self.anchor(&place, piece).ok_or_else(|| {
@@ -123,7 +142,7 @@ impl Scene<'_> {
     }
 
     fn place(&self, piece: &Piece) -> Result<Place> {
-        let found = self.world.wall(piece.wall);
+        let found = self.world.wall(&piece.wall);
         let (index, wall) =
             found.ok_or_else(|| Error::Internal(format!("no wall is called {}", piece.wall)))?;
         let span_m = piece.span_m.unwrap_or([0.0, 2.0 * wall.segment.half_length_m]);

@@ -1,7 +1,8 @@
 //! How good the corrected map is, against truth. Means over many seeds are in docs/RESULTS.md; here a few, with bounds.
 
 use hitl_slam::geometry::Pose2;
-use hitl_slam::map::{Correction, Mode};
+use hitl_slam::map::{Correction, Mode, Trajectory};
+use hitl_slam::metrics;
 use hitl_slam::simulate::{Scenario, Settings, Simulation, run};
 
 use super::{ate_m, corrected, simulated, worst_edges};
@@ -37,6 +38,21 @@ fn four_corrections_straighten_a_campus_of_3100_poses() {
         assert!(sigmas <= 1.0 && against_truth_m <= 0.03, "seed {seed}: {sigmas} σ, {against_truth_m} m");
     }
     assert!(mean <= 0.12, "mean ATE {mean} m");
+}
+
+/// Every correction of the lost poses is true; while one of them held a plain wall's visits together along the wall too,
+/// the room was 3 cm too narrow.
+#[test]
+fn ten_true_corrections_give_the_lost_poses_room_its_width() {
+    let mut mean_m = 0.0;
+    for seed in 1..=6 {
+        let s = simulated(Scenario::LostPoses, seed, 0.02);
+        let (map, _) = corrected(&s.map, &s.corrections);
+        let truth = Trajectory { stamps_s: s.map.stamps_s.clone().expect("stamps"), poses: s.truth.clone() };
+        let errors = metrics::wall_errors(&map, &truth, &s.walls, &s.pairs, metrics::DEFAULT_TOLERANCE_S);
+        mean_m += errors.distance_mean_m.expect("walls") / 6.0;
+    }
+    assert!(mean_m < 0.01, "{mean_m} m");
 }
 
 /// A loop without drift but for 0.30 m too much along the far corridor: at the second visit the map is displaced

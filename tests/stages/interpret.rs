@@ -1,7 +1,7 @@
 //! Stage 1: a stroke drawn with a shaky hand finds its wall, its face, its poses.
 
 use hitl_slam::geometry::{Pose2, Vec2};
-use hitl_slam::interpret::{Caught, Options, Reach, catch};
+use hitl_slam::interpret::{Caught, Options, Reach, catch, make_feature};
 use hitl_slam::map::Observations;
 
 use crate::support::Dice;
@@ -112,4 +112,34 @@ fn what_a_stroke_catches_is_what_a_naive_search_finds() {
         }
     }
     assert_eq!(caught.points, naive);
+}
+
+#[test]
+fn of_two_visits_to_a_plain_wall_one_ties_the_segment_along_it_and_both_say_where_it_is_across() {
+    let mut random = Dice::new(35);
+    let (mut observations, mut poses) = wall(&mut random, &[1.0; 6], 60);
+    // Somewhere else in between, then the wall again, seen better.
+    for _ in 0..30 {
+        observations.end_pose();
+        poses.push(Pose2::new(50.0, 50.0, 0.0));
+    }
+    let (again, more_poses) = wall(&mut random, &[1.0; 8], 60);
+    for (pose, &world_from_robot) in more_poses.iter().enumerate() {
+        let seen = again.range(pose);
+        seen.for_each(|k| observations.push(again.point(k), again.normal(k), 2.0));
+        observations.end_pose();
+        poses.push(world_from_robot);
+    }
+    let caught = read(&observations, &poses, [[1.0, 0.0], [3.0, 0.0]]).expect("a wall");
+    assert_eq!(caught.poses.len(), 14);
+    let tied = |own: std::ops::Range<usize>, anchor| -> Vec<usize> {
+        let feature = make_feature(caught.fit.segment, &caught, own, anchor, &observations, &poses);
+        assert_eq!(feature.sightings.len(), 14, "every pose says where the wall is across");
+        feature.sightings.iter().filter(|s| s.tied).map(|s| s.pose).collect()
+    };
+    let (first, second): (Vec<usize>, Vec<usize>) = ((0..6).collect(), (36..44).collect());
+    assert_eq!(tied(0..100, None), second, "the visit that saw most");
+    assert_eq!(tied(0..100, Some(2)), first, "the visit on which the stroke was drawn");
+    assert_eq!(tied(0..20, Some(40)), first, "only visits on the feature's own side");
+    assert_eq!(tied(50..60, None), second, "all, where none is on its own side");
 }

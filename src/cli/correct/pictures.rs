@@ -40,7 +40,7 @@ pub fn write(
 fn overlays(report: &CorrectionReport) -> Vec<Overlay> {
     let mut overlays = Vec::new();
     for (stroke, colour) in report.strokes.iter().zip([Colour::RED, Colour::BLUE]) {
-        let overlay = |ends: [Vec2; 2], label: String, colour| Overlay { ends, label, colour };
+        let overlay = |ends: [Vec2; 2], label: String, colour| Overlay { ends, label, colour, width_px: 4.0 };
         overlays.push(overlay(stroke.drawn, format!("{} {}", report.id, stroke.name), Colour::INK));
         if let Some(caught) = &stroke.caught {
             overlays.push(overlay(caught.fit.segment.ends(), String::new(), colour));

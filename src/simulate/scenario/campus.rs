@@ -47,6 +47,7 @@ pub fn plan() -> Plan {
         lidar: Lidar::half_circle(12.0),
         drift: Drift::scan_matched([10.0, 12.5], 4e-4),
         drawings: drawings(),
+        rows: [&a, &b, &c].into_iter().flat_map(Ring::outer_rows).collect(),
         kick: None,
         pairs: pairs(),
     }

@@ -54,6 +54,7 @@ pub fn plan() -> Plan {
                 Piece::whole("ring/north-outer/4", 0),
             ),
         ],
+        rows: ring.outer_rows().collect(),
         kick: None,
         pairs: pairs(),
     }

@@ -53,6 +53,7 @@ pub fn plan() -> Plan {
         lidar: Lidar::half_circle(1.5),
         drift: Drift::scan_matched([24.0, 30.0], 6e-4),
         drawings: drawings(),
+        rows: Vec::new(),
         kick: None,
         pairs: pairs(),
     }
@@ -60,7 +61,7 @@ pub fn plan() -> Plan {
 
 fn drawings() -> Vec<Drawing> {
     use Mode::{Collinear, Perpendicular};
-    let piece = Piece::part;
+    let piece = |wall: &str, span_m, visit| Piece::part(wall, span_m, visit);
     let (south, south_later) = (piece("south", [1.1, 2.3], 0), piece("south", [4.4, 5.5], 0));
     let (west, west_later) = (piece("west", [5.6, 6.8], 0), piece("west", [1.2, 2.3], 1));
     let (north, north_later) = (piece("north", [3.6, 4.8], 0), piece("north", [3.0, 4.2], 1));
@@ -70,7 +71,8 @@ fn drawings() -> Vec<Drawing> {
         Drawing::new(Perpendicular, west.clone(), north.clone()),
         Drawing::new(Collinear, south.clone(), south_later.clone()),
         Drawing::new(Perpendicular, south_later, east.clone()),
-        Drawing::new(Collinear, north, north_later),
+        Drawing::new(Collinear, north.clone(), north_later),
+        Drawing::new(Perpendicular, north, east.clone()),
         Drawing::new(Collinear, west.clone(), west_later),
         Drawing::new(Collinear, east, east_later),
         Drawing::new(Collinear, south, piece("south", [1.1, 2.3], 1)),

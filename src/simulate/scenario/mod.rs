@@ -41,6 +41,8 @@ pub(super) struct Plan {
     pub lidar: Lidar,
     pub drift: Drift,
     pub drawings: Vec<Drawing>,
+    /// Rows of wall pieces in one line each, which a patient person makes straight as well.
+    pub rows: Vec<String>,
     /// A failure of the odometry in one step.
     pub kick: Option<Kick>,
     /// The samples of Table 1.

@@ -29,7 +29,7 @@ pub fn bent() -> Plan {
 pub fn kick() -> Plan {
     let kick = Kick { step: KICK_STEP, heading_rad: KICK_DEG.to_radians() };
     let (before, after) = ([KICK_STEP - 30, KICK_STEP + 1], [KICK_STEP + 1, KICK_STEP + 31]);
-    let torn = |wall| Drawing {
+    let torn = |wall: &str| Drawing {
         weight: TORN_WEIGHT,
         ..Drawing::new(
             Mode::Colocation,
@@ -45,9 +45,9 @@ pub fn kick() -> Plan {
 /// What a person would say of either map: the lap is closed, the corridors are straight, their corners square, and
 /// what of the first corridor is seen again is where it was.
 fn usual_drawings() -> Vec<Drawing> {
-    let first = |wall| Piece::whole(wall, 0);
+    let first = |wall: &str| Piece::whole(wall, 0);
     let pair = |mode, a, b| Drawing::new(mode, first(a), first(b));
-    let again = |wall| Drawing::new(Mode::Colocation, first(wall), Piece::whole(wall, 1));
+    let again = |wall: &str| Drawing::new(Mode::Colocation, first(wall), Piece::whole(wall, 1));
     vec![
         again("office/south-outer/4"),
         pair(Mode::Collinear, "office/south-outer/4", "office/south-outer/11"),
@@ -82,6 +82,7 @@ fn plan(drift: Drift, kick: Option<Kick>, drawings: Vec<Drawing>) -> Plan {
         lidar: Lidar::half_circle(10.0),
         drift,
         drawings,
+        rows: ring.outer_rows().collect(),
         kick,
         pairs: pairs(),
     }
