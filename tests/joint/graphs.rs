@@ -181,6 +181,29 @@ both_backends! {
         }
     }
 
+    /// Informations from 1e-4 to 1e12 side by side, edges twice and thrice, parts without a link, poses without an edge.
+    fn no_legal_graph_fails(backend: Backend) {
+        for seed in 0..40 {
+            let dice = &mut Dice::new(1000 + seed);
+            let mut map = square(seed);
+            for f in &mut map.relative_factors {
+                let scale = 10.0_f64.powf(dice.uniform(-6.0, 10.0));
+                f.information = Information::new(f.information.matrix() * scale).unwrap();
+            }
+            let (cut, alone) = (dice.index(80), dice.index(80));
+            map.relative_factors.retain(|f| (f.i < cut) == (f.j < cut) && f.i != alone && f.j != alone);
+            let again: Vec<_> = map.relative_factors.iter().filter(|f| f.i % 5 == 0).copied().collect();
+            map.relative_factors.extend(again);
+            for pose in &mut map.poses {
+                pose.x_m += dice.normal(0.3);
+                pose.theta_rad += dice.normal(0.5);
+            }
+            let report = optimized(&mut map, backend);
+            assert!(map.poses.iter().all(|p| p.is_finite()), "seed {seed}");
+            assert!(report.final_chi2 <= report.initial_chi2, "seed {seed}: {report:?}");
+        }
+    }
+
     fn a_start_that_is_better_than_the_linear_one_is_kept(backend: Backend) {
         let mut map = square(6);
         optimized(&mut map, backend);
