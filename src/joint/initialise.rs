@@ -25,8 +25,8 @@ pub enum Initialisation {
 /// Moves the poses of a problem of relative factors to the linear estimate if that lowers the cost. `solver` is one made
 /// for the problem's structure.
 pub(super) fn initialise(problem: &mut JointProblem, solver: &mut Solver) -> Initialisation {
-    let Some(estimate) = estimate(problem, solver) else { return Initialisation::AsGiven };
     let compiled = Compiled::new(problem);
+    let Some(estimate) = estimate(problem, &compiled, solver) else { return Initialisation::AsGiven };
     // Also false if it is not a number.
     if solver::cost(&compiled, &estimate) < solver::cost(&compiled, &problem.blocks()) {
         problem.set_blocks(&estimate);
@@ -35,11 +35,10 @@ pub(super) fn initialise(problem: &mut JointProblem, solver: &mut Solver) -> Ini
     Initialisation::AsGiven
 }
 
-fn estimate(problem: &JointProblem, solver: &mut Solver) -> Option<Vec<Block>> {
-    let compiled = Compiled::new(problem);
+fn estimate(problem: &JointProblem, graph: &Compiled, solver: &mut Solver) -> Option<Vec<Block>> {
     let mut x = problem.blocks();
     let units: Vec<Block> = x.iter().map(|x| [x[2].cos(), x[2].sin(), 0.0]).collect();
-    let units = solver.gauss_newton_step(&Stage { graph: &compiled, kind: Kind::Units }, &units)?;
+    let units = solver.gauss_newton_step(&Stage { graph, kind: Kind::Units }, &units)?;
     for (x, u) in x.iter_mut().zip(&units) {
         if u[0] != 0.0 || u[1] != 0.0 {
             x[2] = u[1].atan2(u[0]);
@@ -48,7 +47,7 @@ fn estimate(problem: &JointProblem, solver: &mut Solver) -> Option<Vec<Block>> {
     for &held in &problem.held {
         x[held] = problem.poses[held];
     }
-    solver.gauss_newton_step(&Stage { graph: &compiled, kind: Kind::Positions }, &x)
+    solver.gauss_newton_step(&Stage { graph, kind: Kind::Positions }, &x)
 }
 
 #[derive(Clone, Copy)]
