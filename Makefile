@@ -18,7 +18,7 @@ demo: system
 	@echo "corrected trajectory: $(DEMO)/trajectory.tum   report: $(DEMO)/report.json"
 
 # The build without Ceres: what it solves, and what it says. Before the others, so that the program left behind has Ceres.
-WITHOUT_CERES := joint:: cli::crosscheck cli::optimize cli::usage
+WITHOUT_CERES := joint:: solver:: cli::crosscheck cli::optimize cli::usage
 
 # One set of build products for everything that runs: the release profile.
 test:

@@ -43,6 +43,8 @@ mod serve;
 mod session;
 /// Simulated worlds against their own claims.
 mod simulate;
+/// The solver by itself, against dense algebra.
+mod solver;
 /// Each stage of the pipeline by itself.
 mod stages;
 /// Table 1's metric.

@@ -2,7 +2,7 @@
 
 use crate::building;
 use hitl_slam::geometry::{Pose2, Vec2};
-use hitl_slam::map::SlamMap;
+use hitl_slam::map::{Observations, SlamMap};
 use hitl_slam::render::{
     Colour, Item, MapPictureOptions, Mark, Overlay, Picture, Plot, Series, WorldRect, before_after, map,
     text_width_px,
@@ -214,4 +214,41 @@ fn plots_have_round_ticks_and_survive_values_without_a_place() {
         }
     }
     assert!(Plot::default().draw().to_png().len() > 60, "an empty plot");
+}
+
+#[test]
+fn an_ellipse_has_the_axes_of_the_covariance() {
+    let mut one = SlamMap { poses: vec![Pose2::new(0.0, 0.0, 0.0)], ..SlamMap::default() };
+    one.observations = Observations::empty(1);
+    let crop = WorldRect::new(Vec2::new(-5.0, -5.0), Vec2::new(5.0, 5.0));
+    // σ = 1 m along 30°, 0.2 m across.
+    let (s, c) = (30.0_f64).to_radians().sin_cos();
+    let covariance = [c * c + 0.04 * s * s, (1.0 - 0.04) * s * c, s * s + 0.04 * c * c];
+    let options = MapPictureOptions {
+        size_px: 1000,
+        crop,
+        position_covariances: Some(vec![covariance]),
+        ..Default::default()
+    };
+    let picture = map(&one, &options);
+    let rings: Vec<&Vec<[f32; 2]>> = picture
+        .layers
+        .iter()
+        .filter(|l| l.clip.is_some())
+        .flat_map(|l| &l.items)
+        .filter_map(|i| match i {
+            Item::Line { points, .. } => Some(points),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(rings.len(), 1);
+    let area = picture.area_of(&picture.layers[0]);
+    let middle = [area.left + area.width / 2.0, area.top + area.height / 2.0];
+    let metres = |p: &[f32; 2]| [(p[0] - middle[0]) / 100.0, (middle[1] - p[1]) / 100.0];
+    for p in rings[0] {
+        let [x, y] = metres(p).map(f64::from);
+        let (along, across) = (c * x + s * y, c * y - s * x);
+        let r = along.powi(2) + (across / 0.2).powi(2);
+        assert!((r - 1.0).abs() < 0.02, "{x} {y}: {r}");
+    }
 }

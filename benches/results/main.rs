@@ -25,6 +25,7 @@ mod peers;
 mod runs;
 mod scan_match;
 mod serve;
+mod solver_scale;
 mod solvers;
 mod stats;
 mod table1;
@@ -55,6 +56,7 @@ const SECTIONS: &[(&str, Measure)] = &[
     ("graphs", graphs::section),
     ("solvers", solvers::section),
     ("false-closures", false_closures::section),
+    ("solver-scale", solver_scale::section),
     ("table1", table1::section),
     ("inconsistency", inconsistency::section),
     ("ablations", ablations::section),

@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use hitl_slam::error::Result;
 use hitl_slam::io::{self, Indefinite};
-use hitl_slam::joint::{self, Backend};
+use hitl_slam::joint::{self, Backend, Initialisation};
 use hitl_slam::solver::Termination;
 
+use super::report::Uncertainty;
 use super::{Outcome, load, out, outliers, report};
 
 /// Optimise a pose graph: relative factors only, human factors left out.
@@ -44,6 +45,7 @@ struct Numbers {
     edges: usize,
     initial_chi2: f64,
     final_chi2: f64,
+    initialisation: Initialisation,
     iterations: usize,
     termination: Termination,
     load_ms: f64,
@@ -51,6 +53,7 @@ struct Numbers {
     optimize_ms: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     robust: Option<outliers::Found>,
+    uncertainty: Option<Uncertainty>,
 }
 
 /// Runs the command.
@@ -73,12 +76,14 @@ pub fn run(args: &Args) -> Result<Outcome> {
         edges: map.every_relative_factor().count(),
         initial_chi2: done.initial_chi2,
         final_chi2: done.final_chi2,
+        initialisation: done.initialisation,
         iterations: done.solve.iterations.len(),
         termination: done.solve.termination,
         load_ms,
         order_ms: done.solve.timings.order_ms,
         optimize_ms: all_ms - done.solve.timings.order_ms,
         robust: args.robust.found(&map, &options),
+        uncertainty: args.report.as_ref().map(|_| Uncertainty::of(&map, &options)).transpose()?,
     };
     io::write_map(&args.output, &map)?;
     load::remark(&done.solve.warnings);
@@ -92,13 +97,14 @@ pub fn run(args: &Args) -> Result<Outcome> {
 fn text(n: &Numbers) -> String {
     let converged = if n.termination.converged() { "" } else { ", not converged" };
     format!(
-        "{} vertices, {} edges\nchi2 {:.6} -> {:.6} in {} iterations ({}{converged})\n\
+        "{} vertices, {} edges\nchi2 {:.6} -> {:.6} in {} iterations{} ({}{converged})\n\
          {}load {:.1} ms, order {:.1} ms, optimize {:.1} ms\n",
         n.vertices,
         n.edges,
         n.initial_chi2,
         n.final_chi2,
         n.iterations,
+        if n.initialisation == Initialisation::Linear { " from a linear start" } else { "" },
         n.termination.name().replace('_', " "),
         n.robust.as_ref().map(outliers::Found::text).unwrap_or_default(),
         n.load_ms,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use hitl_slam::error::{Error, Result};
 use hitl_slam::geometry::Vec2;
+use hitl_slam::joint;
 use hitl_slam::metrics::{self, InconsistencyOptions};
 use hitl_slam::render::{self, Heat, MapPictureOptions, WorldRect};
 
@@ -32,6 +33,10 @@ pub struct Args {
     /// Colour where the map contradicts itself (see `hitl inconsistency`).
     #[arg(long, conflicts_with = "before")]
     inconsistency: bool,
+
+    /// Draw how certain the poses are, given the first: an ellipse of 1σ around each, as far as there is room.
+    #[arg(long, conflicts_with_all = ["before", "information", "inconsistency"])]
+    uncertainty: bool,
 
     /// Draw grid lines with coordinates in metres, for writing strokes by hand.
     #[arg(long)]
@@ -67,6 +72,11 @@ pub fn run(args: &Args) -> Result<Outcome> {
     if args.inconsistency {
         let found = metrics::inconsistency(&map, &InconsistencyOptions::default())?;
         options.heat = Some(Heat { side_m: found.resolution_m, cells: found.cells });
+    }
+    if args.uncertainty {
+        let covariances = joint::map_covariances(&map, &joint::Options::default())?;
+        options.position_covariances =
+            Some(covariances.iter().map(|c| [c[(0, 0)], c[(0, 1)], c[(1, 1)]]).collect());
     }
     let drawn = match &args.before {
         _ if args.information => render::information(&map, args.size_px, args.title.as_deref()),

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use hitl_slam::error::{Error, Result};
 use hitl_slam::io;
+use hitl_slam::joint;
+use hitl_slam::map::SlamMap;
 
 use super::out;
 
@@ -40,4 +42,31 @@ pub fn peak_rss_mb() -> Option<f64> {
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
     let kibibytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
     Some(kibibytes * 1024.0 / 1e6)
+}
+
+/// How certain the poses of a map are, given its held ones.
+#[derive(Debug, serde::Serialize)]
+pub struct Uncertainty {
+    position_sigma_median_m: f64,
+    position_sigma_worst_m: f64,
+    worst_pose: usize,
+}
+
+impl Uncertainty {
+    /// Of a map as it stands.
+    ///
+    /// # Errors
+    /// As [`joint::map_covariances`].
+    pub fn of(map: &SlamMap, options: &joint::Options) -> Result<Self> {
+        let covariances = joint::map_covariances(map, options)?;
+        let sigmas: Vec<f64> = covariances.iter().map(joint::position_sigma_m).collect();
+        let worst = (0..sigmas.len()).max_by(|&a, &b| sigmas[a].total_cmp(&sigmas[b])).unwrap_or(0);
+        let mut sorted = sigmas.clone();
+        sorted.sort_by(f64::total_cmp);
+        Ok(Uncertainty {
+            position_sigma_median_m: sorted.get(sorted.len() / 2).copied().unwrap_or(0.0),
+            position_sigma_worst_m: sigmas.get(worst).copied().unwrap_or(0.0),
+            worst_pose: worst,
+        })
+    }
 }

@@ -79,11 +79,14 @@ pub(super) fn find(
     let columns: Vec<Vec<Matrix3<f64>>> = stations
         .par_iter()
         .zip(&near)
-        .map(|(&j, near)| {
-            let mut wanted = vec![j];
-            wanted.extend(near);
-            covariance.with(j, &wanted)
-        })
+        .map_init(
+            || covariance.clone(),
+            |covariance, (&j, near)| {
+                let mut wanted = vec![j];
+                wanted.extend(near);
+                covariance.with(j, &wanted)
+            },
+        )
         .collect();
     let station_of = |pose: usize| stations.partition_point(|&s| s < pose);
     let mut candidates = Vec::new();

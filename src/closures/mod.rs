@@ -142,7 +142,7 @@ fn search(
     let has_points = |pose: usize| !map.observations.range(pose).is_empty();
     let stations = candidates::stations(&map.poses, &path_m, has_points);
     let problem = joint::build(map, &map.poses, &map.human_factors, joint_options);
-    let Some(covariance) = Covariance::new(&problem, &problem.blocks(), &problem.held)? else {
+    let Some(covariance) = Covariance::new(&problem, &problem.blocks(), &problem.held) else {
         return Ok(Some(Vec::new()));
     };
     let is_refused = |c: &Candidate| options.refused.iter().any(|&pair| beside(&path_m, pair, (c.i, c.j)));

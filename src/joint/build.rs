@@ -57,7 +57,7 @@ fn relation_term(factor: &HumanFactor, a: usize, b: usize, options: &Options) ->
     }
 }
 
-fn relative_term(factor: &RelativeFactor, loss: Loss) -> RelativeTerm {
+pub(super) fn relative_term(factor: &RelativeFactor, loss: Loss) -> RelativeTerm {
     let u = factor.information.sqrt();
     RelativeTerm {
         i: factor.i,

@@ -1,9 +1,10 @@
 //! Plain pose graphs: relative factors only, human factors left out.
 
-use super::{Options, optimize};
+use super::initialise::{Initialisation, initialise};
+use super::{Backend, Options, build, gauge, rust_backend, take_over};
 use crate::error::Result;
 use crate::map::SlamMap;
-use crate::solver::Report;
+use crate::solver::{Report, Solver};
 
 /// What [`optimize_graph`] did.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +13,8 @@ pub struct GraphReport {
     pub initial_chi2: f64,
     /// Σ eᵀΩe after.
     pub final_chi2: f64,
+    /// Where the optimisation began.
+    pub initialisation: Initialisation,
     /// The solve.
     pub solve: Report,
 }
@@ -24,10 +27,17 @@ pub fn optimize_graph(map: &mut SlamMap, options: &Options) -> Result<GraphRepor
     options.validate()?;
     map.validate("graph")?;
     let initial_chi2 = chi2(map);
-    let mut poses = map.poses.clone();
-    let solve = optimize(map, &mut poses, &mut [], options)?;
-    map.poses = poses;
-    Ok(GraphReport { initial_chi2, final_chi2: chi2(map), solve })
+    let mut problem = build(map, &map.poses, &[], options);
+    problem.validate()?;
+    let mut solver = Solver::new(&problem, problem.poses.len(), &problem.held);
+    let initialisation = initialise(&mut problem, &mut solver);
+    let mut solve = match options.backend {
+        Backend::Rust => rust_backend::solve_with(&mut solver, &mut problem, &options.solver),
+        Backend::Ceres => options.backend.solve(&mut problem, options)?,
+    };
+    solve.warnings.extend(gauge::warning(&map.held_or_first(), &problem.held));
+    take_over(&problem, &mut map.poses, &mut []);
+    Ok(GraphReport { initial_chi2, final_chi2: chi2(map), initialisation, solve })
 }
 
 /// Σ eᵀΩe over all relative factors: no ½, no loss.

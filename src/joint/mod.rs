@@ -7,23 +7,30 @@
 mod backend;
 mod build;
 pub mod ceres;
+mod compiled;
 pub mod factors;
 mod gauge;
 mod graph;
+mod growing;
+mod initialise;
 mod options;
 mod outliers;
 pub mod problem;
 mod refit;
 pub mod rust_backend;
 mod terms;
+mod uncertainty;
 mod validate;
 
 pub use backend::{BACK_ENDS, Backend};
 pub use build::build;
 pub use graph::{GraphReport, optimize_graph};
+pub use growing::GrowingGraph;
+pub use initialise::Initialisation;
 pub use options::{Formulation, Normalization, ObservationForm, Options};
 pub use outliers::{Outlier, doubted, optimize_graph_without_outliers, outliers};
 pub use refit::refit;
+pub use uncertainty::{map_covariances, marginal_covariances, position_sigma_m};
 
 use crate::error::Result;
 use crate::geometry::{Pose2, Segment, Vec2, wrap_angle};

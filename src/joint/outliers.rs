@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::Initialisation;
 use super::graph::{GraphReport, chi2};
 use super::problem::{JointProblem, RelativeTerm};
 use super::{Options, build, gauge, take_over};
@@ -89,7 +90,7 @@ pub fn optimize_graph_without_outliers(
     let mut solve = report.unwrap_or_else(|| Report::new(0.0, Termination::NothingToOptimize));
     take_over(&problem, &mut map.poses, &mut []);
     solve.timings.total_ms = clock.elapsed().as_secs_f64() * 1e3;
-    Ok(GraphReport { initial_chi2, final_chi2: chi2(map), solve })
+    Ok(GraphReport { initial_chi2, final_chi2: chi2(map), initialisation: Initialisation::AsGiven, solve })
 }
 
 /// The problem with all its edges, and what has been done so far.

@@ -1,8 +1,9 @@
 //! The joint problem on our own solver.
 
+use super::compiled::Compiled;
 use super::problem::JointProblem;
 use crate::error::Result;
-use crate::solver::{self, Options, Report};
+use crate::solver::{Options, Report, Solver};
 
 /// Minimises the problem in place.
 ///
@@ -10,8 +11,24 @@ use crate::solver::{self, Options, Report};
 /// [`crate::error::Error::Input`] for a malformed problem.
 pub fn solve(problem: &mut JointProblem, options: &Options) -> Result<Report> {
     problem.validate()?;
+    let mut solver = Solver::new(problem, problem.blocks().len(), &problem.held);
+    Ok(solve_with(&mut solver, problem, options))
+}
+
+/// Minimises a valid problem in place with a solver made for its structure.
+pub(super) fn solve_with(solver: &mut Solver, problem: &mut JointProblem, options: &Options) -> Report {
     let mut x = problem.blocks();
-    let report = solver::minimize(problem, &mut x, &problem.held, options)?;
+    let mut report = solver.minimize(&Compiled::new(problem), &mut x, options);
     problem.set_blocks(&x);
-    Ok(report)
+    report.warnings.extend(undetermined(problem, &report.undetermined));
+    report
+}
+
+/// Says which poses nothing determines.
+fn undetermined(problem: &JointProblem, blocks: &[usize]) -> Option<String> {
+    let poses: Vec<usize> = blocks.iter().copied().filter(|&b| b < problem.poses.len()).collect();
+    let list: Vec<String> = poses.iter().take(8).map(usize::to_string).collect();
+    let more = if poses.len() > list.len() { ", …" } else { "" };
+    (!poses.is_empty())
+        .then(|| format!("nothing determines pose {}{more}: left about where it was", list.join(", ")))
 }

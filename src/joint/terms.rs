@@ -92,10 +92,6 @@ impl Problem for JointProblem {
         }
     }
 
-    fn dimension(&self, block: usize) -> usize {
-        if block < self.poses.len() + self.segments.len() { 3 } else { 2 }
-    }
-
     fn loss_of(&self, term: usize) -> Loss {
         match self.kind_of(term) {
             Some((TermKind::Relative, k)) => self.relatives[k].loss,

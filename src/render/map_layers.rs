@@ -63,7 +63,7 @@ pub fn dart([x, y]: PixelPoint, theta_rad: f64, unit: f32) -> Vec<PixelPoint> {
 }
 
 /// Remembers where something was drawn, so that nothing else is drawn closer than `distance`.
-struct Spacing {
+pub struct Spacing {
     frame: PixelRect,
     distance: f32,
     columns: usize,
@@ -71,14 +71,15 @@ struct Spacing {
 }
 
 impl Spacing {
-    fn new(frame: PixelRect, distance: f32) -> Self {
+    /// Nothing taken yet; `distance` in pixels.
+    pub fn new(frame: PixelRect, distance: f32) -> Self {
         let columns = (frame.width / distance) as usize + 3;
         let rows = (frame.height / distance) as usize + 3;
         Spacing { frame, distance, columns, cells: vec![Vec::new(); columns * rows] }
     }
 
     /// True, and taken from now on, if the place is in the frame and free.
-    fn take(&mut self, at: PixelPoint) -> bool {
+    pub fn take(&mut self, at: PixelPoint) -> bool {
         if !self.frame.contains(at, 0.0) {
             return false; // also where a coordinate is not a number
         }

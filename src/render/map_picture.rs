@@ -8,6 +8,7 @@ use super::heat::{self, Heat};
 use super::map_layers::{self as layers, Link, Overlay};
 use super::scene::{Anchor, Colour, Item, Picture, PixelRect};
 use super::text::text_width_px;
+use super::uncertainty;
 use super::viewport::{Viewport, WorldRect};
 use crate::geometry::Segment;
 use crate::map::{AutomaticFactor, SlamMap};
@@ -27,6 +28,8 @@ pub struct MapPictureOptions {
     pub overlays: Vec<Overlay>,
     /// Cells to colour; the strokes and their legend are then left out.
     pub heat: Option<Heat>,
+    /// An ellipse around every pose: its position covariance (xx, xy, yy), m², world axes. Strokes' legend gives way to theirs.
+    pub position_covariances: Option<Vec<[f64; 3]>>,
 }
 
 impl Default for MapPictureOptions {
@@ -38,6 +41,7 @@ impl Default for MapPictureOptions {
             crop: None,
             overlays: Vec::new(),
             heat: None,
+            position_covariances: None,
         }
     }
 }
@@ -52,6 +56,7 @@ pub fn map(map: &SlamMap, options: &MapPictureOptions) -> Picture {
         strokes: if options.heat.is_some() { Vec::new() } else { own_strokes(map) },
         overlays: &options.overlays,
         heat: options.heat.as_ref(),
+        covariances: options.position_covariances.as_deref(),
     };
     let layout = Layout::new(&world, options, 1.0, !panel.title.is_empty());
     let mut picture = Picture::new(layout.width as u32, layout.height as u32);
@@ -73,6 +78,7 @@ pub fn before_after(before: &SlamMap, after: &SlamMap, options: &MapPictureOptio
         strokes: if same_points { strokes_before(before, after) } else { own_strokes(before) },
         overlays: &options.overlays,
         heat: None,
+        covariances: None,
     };
     let corrections = after.human_factors.len().saturating_sub(before.human_factors.len());
     let count = match corrections {
@@ -87,6 +93,7 @@ pub fn before_after(before: &SlamMap, after: &SlamMap, options: &MapPictureOptio
         strokes: own_strokes(after),
         overlays: &[],
         heat: None,
+        covariances: None,
     };
     let layout = Layout::new(&world, options, 1.3, true);
     let stacked = layout.frame.width > 2.0 * layout.frame.height;
@@ -105,6 +112,7 @@ struct Panel<'a> {
     strokes: Vec<(Segment, Segment)>,
     overlays: &'a [Overlay],
     heat: Option<&'a Heat>,
+    covariances: Option<&'a [[f64; 3]]>,
 }
 
 /// The automatic factors of a map.
@@ -205,6 +213,9 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
         inside.extend(layers::poses(panel.map, &panel.highlighted, &view, unit));
         inside.extend(layers::automatic_factors(&links(panel.map), &view, unit));
     }
+    if let Some(covariances) = panel.covariances {
+        inside.extend(uncertainty::ellipses(panel.map, covariances, &view, unit));
+    }
     inside.extend(layers::human_factors(&panel.strokes, &view, unit));
     inside.extend(layers::overlays(panel.overlays, &view, unit));
     let edge = PixelRect { left: frame.left + 0.5, top: frame.top + 0.5, ..frame };
@@ -218,6 +229,8 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
     around.extend(bar);
     if panel.heat.is_some() {
         around.extend(heat::legend(frame.right(), base, unit));
+    } else if let Some(covariances) = panel.covariances {
+        around.extend(uncertainty::legend(covariances, frame.right(), base, unit));
     } else {
         around.extend(legend(panel, frame.right(), base, bar_end + 20.0 * unit, unit));
     }

@@ -16,6 +16,7 @@ mod scene;
 mod svg;
 mod text;
 mod tiled;
+mod uncertainty;
 mod viewport;
 
 pub use heat::Heat;

@@ -1,117 +1,210 @@
-//! Levenberg–Marquardt, as prose: a step counts only if the true cost falls.
+//! Gauss–Newton with Levenberg–Marquardt damping where a step does not lower the true cost, as prose.
+//!
+//! A factor of H is kept while it serves: near the minimum H hardly changes, and the old factor with the new gradient makes
+//! steps that are nearly as good for a fraction of the work. Where they are not, H is factored anew.
 
 use std::time::Instant;
 
 use super::normal_equations::NormalEquations;
-use super::polish::polish;
-use super::{Block, Iteration, Options, Problem, Report, Termination, cost};
-use crate::error::Result;
+use super::polish::{Place, polish};
+use super::{Block, Iteration, Options, Problem, Report, Termination};
 
 /// λ below which the step is Gauss–Newton for all that doubles can tell.
-const NEGLIGIBLE_DAMPING: f64 = 1e-15;
+const NEGLIGIBLE_DAMPING: f64 = 1e-10;
 /// λ above which the step is so short that more damping cannot help.
 const HOPELESS_DAMPING: f64 = 1e12;
+/// So many undamped steps are taken on trust before they have to have lowered the cost together.
+const LOOKS_AHEAD: usize = 3;
+/// A factor is kept after a step that promised less than this share of the cost.
+const KEEPS_BELOW: f64 = 1e-2;
+/// A step with a kept factor must be shorter than this share of the one before, or H is factored anew.
+const KEPT_SHRINKS_TO: f64 = 0.1;
+
+/// A problem structure made ready: its ordering and pattern, and the memory of its factor. It serves every problem whose
+/// terms meet the same blocks.
+#[derive(Debug, Clone)]
+pub struct Solver {
+    pub(super) equations: NormalEquations,
+    order_ms: f64,
+    free: usize,
+}
 
 /// Minimises the problem from `x`; `held` (ascending) are blocks that must not move.
 /// `x` holds the best point found, whatever the termination.
-///
-/// # Errors
-/// [`crate::error::Error::Internal`] if the sparsity pattern cannot be analysed.
-pub fn minimize(
-    problem: &dyn Problem,
-    x: &mut Vec<Block>,
-    held: &[usize],
-    options: &Options,
-) -> Result<Report> {
-    let start = Instant::now();
-    let mut report = Report::new(cost(problem, x), Termination::NotFinite);
-    if !report.initial_cost.is_finite() {
-        return Ok(report);
-    }
-    if problem.terms() == 0 || held.len() >= x.len() {
-        report.termination = Termination::NothingToOptimize;
-        return Ok(report);
-    }
-    let order = Instant::now();
-    let mut equations = NormalEquations::new(problem, x.len(), held)?;
-    report.timings.order_ms = milliseconds(order);
-    let iterate = Instant::now();
-    let mut damping = options.initial_damping;
-    report.termination = loop {
-        if report.accepted_steps() >= options.max_iterations {
-            break Termination::MaxIterations;
-        }
-        equations.assemble(problem, x);
-        match descend(problem, x, &mut equations, &mut damping, options, &mut report) {
-            Some(termination) => break termination,
-            None => continue,
-        }
-    };
-    if report.termination != Termination::MaxIterations {
-        report.polish = polish(problem, x, &mut equations, options, &mut report.final_cost);
-        report.conclude_polish();
-    }
-    report.timings.iterate_ms = milliseconds(iterate);
-    report.timings.total_ms = milliseconds(start);
-    Ok(report)
+pub fn minimize(problem: &dyn Problem, x: &mut Vec<Block>, held: &[usize], options: &Options) -> Report {
+    Solver::new(problem, x.len(), held).minimize(problem, x, options)
 }
 
-/// Tries steps of growing damping until one lowers the cost; `Some` when it is time to stop.
-fn descend(
-    problem: &dyn Problem,
-    x: &mut Vec<Block>,
-    equations: &mut NormalEquations,
-    damping: &mut f64,
-    options: &Options,
-    report: &mut Report,
-) -> Option<Termination> {
-    let gradient_max = equations.gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
-    let mut factor = 10.0;
-    loop {
-        let Some(delta) = equations.step(*damping) else {
-            raise(damping, &mut factor);
-            if *damping > HOPELESS_DAMPING {
+impl Solver {
+    /// Analyses a problem of so many blocks; `held` (ascending) must not move.
+    pub fn new(problem: &dyn Problem, blocks: usize, held: &[usize]) -> Self {
+        let start = Instant::now();
+        let equations = NormalEquations::new(problem, blocks, held);
+        Solver { equations, order_ms: milliseconds(start), free: blocks - held.len() }
+    }
+
+    /// Minimises from `x`, which then holds the best point found, whatever the termination.
+    pub fn minimize(&mut self, problem: &dyn Problem, x: &mut Vec<Block>, options: &Options) -> Report {
+        let start = Instant::now();
+        let cost = self.equations.assemble(problem, x);
+        let mut report = Report::new(cost, Termination::NotFinite);
+        report.timings.order_ms = self.order_ms;
+        if cost.is_finite() {
+            if problem.terms() == 0 || self.free == 0 {
+                report.termination = Termination::NothingToOptimize;
+            } else {
+                self.iterate(problem, x, options, &mut report);
+            }
+        }
+        report.timings.iterate_ms = milliseconds(start);
+        report.timings.total_ms = self.order_ms + report.timings.iterate_ms;
+        report
+    }
+
+    /// One undamped Gauss–Newton step from `x`, whatever it does to the cost: the minimum, if the problem is linear.
+    /// `None` if it is not finite.
+    pub fn gauss_newton_step(&mut self, problem: &dyn Problem, x: &[Block]) -> Option<Vec<Block>> {
+        self.equations.assemble(problem, x);
+        self.equations.factor(0.0);
+        let mut moved = x.to_vec();
+        self.equations.step().then(|| self.equations.advance(&mut moved))?;
+        Some(moved)
+    }
+
+    fn iterate(&mut self, problem: &dyn Problem, x: &mut Vec<Block>, options: &Options, report: &mut Report) {
+        let mut search =
+            Search { damping: 0.0, last_step: f64::INFINITY, candidate: x.clone(), ..Search::default() };
+        report.termination = loop {
+            if report.accepted_steps() >= options.max_iterations {
+                break Termination::MaxIterations;
+            }
+            if let Some(termination) = self.descend(problem, x, &mut search, options, report) {
+                break termination;
+            }
+        };
+        report.undetermined = self.equations.undetermined();
+        if report.termination != Termination::MaxIterations {
+            let Search { pending, candidate, .. } = search;
+            let at = Place { x, candidate, cost: &mut report.final_cost };
+            report.polish = polish(problem, at, &mut self.equations, pending, options);
+            report.conclude_polish();
+        }
+    }
+
+    /// Tries steps until one lowers the cost; `Some` when it is time to stop. The equations are those at `x`, before and
+    /// after.
+    fn descend(
+        &mut self,
+        problem: &dyn Problem,
+        x: &mut Vec<Block>,
+        search: &mut Search,
+        options: &Options,
+        report: &mut Report,
+    ) -> Option<Termination> {
+        let gradient_max = self.equations.gradient_max();
+        let mut factor = 10.0;
+        loop {
+            if !search.kept {
+                self.equations.factor(search.damping);
+            }
+            search.fresh = !search.kept;
+            if !self.equations.step() {
+                if search.retry(&mut factor, options) {
+                    continue;
+                }
                 return Some(Termination::NoProgress);
             }
-            continue;
-        };
-        let step_max = delta.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-        // Of the linear model, at negligible damping: ½ δᵀ(−g).
-        let promised = -0.5 * delta.iter().zip(&equations.gradient).map(|(d, g)| d * g).sum::<f64>();
-        let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
-        if rounding || step_max <= options.step {
-            return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
-        }
-        let candidate = equations.moved(x, &delta);
-        let candidate_cost = cost(problem, &candidate);
-        let accepted = candidate_cost < report.final_cost;
-        if accepted {
-            *x = candidate;
-            report.final_cost = candidate_cost;
-        }
-        report.iterations.push(Iteration {
-            cost: report.final_cost,
-            gradient_max,
-            step_max,
-            damping: *damping,
-            accepted,
-        });
-        if accepted {
-            *damping = (*damping / 10.0).max(NEGLIGIBLE_DAMPING);
-            return None;
-        }
-        raise(damping, &mut factor);
-        if *damping > HOPELESS_DAMPING {
-            return Some(Termination::NoProgress);
+            let step_max = self.equations.step_max();
+            if search.kept && step_max > KEPT_SHRINKS_TO * search.last_step {
+                search.kept = false;
+                continue;
+            }
+            let promised = self.equations.promised();
+            let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
+            if rounding || step_max <= options.step {
+                search.pending = search.damping == 0.0;
+                return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
+            }
+            search.candidate.copy_from_slice(x);
+            self.equations.advance(&mut search.candidate);
+            let mut candidate_cost = self.equations.assemble(problem, &search.candidate);
+            // Along a strong factor a straight step leaves the valley, and the next ones lead back into it, further down.
+            let mut ahead = 0;
+            let falls = |cost: f64| cost < report.final_cost;
+            while search.damping == 0.0 && !falls(candidate_cost) && ahead < LOOKS_AHEAD {
+                ahead += 1;
+                self.equations.factor(0.0);
+                search.fresh = true;
+                if !self.equations.step() {
+                    break;
+                }
+                self.equations.advance(&mut search.candidate);
+                candidate_cost = self.equations.assemble(problem, &search.candidate);
+            }
+            let accepted = falls(candidate_cost);
+            let share = promised / report.final_cost;
+            if accepted {
+                std::mem::swap(x, &mut search.candidate);
+                report.final_cost = candidate_cost;
+            } else {
+                self.equations.assemble(problem, x);
+            }
+            report.iterations.push(Iteration {
+                cost: report.final_cost,
+                gradient_max,
+                step_max,
+                damping: search.damping,
+                accepted,
+            });
+            if accepted {
+                search.succeeded(step_max, share);
+                return None;
+            }
+            if !search.retry(&mut factor, options) {
+                return Some(Termination::NoProgress);
+            }
         }
     }
 }
 
-/// λ after a refused step: times 10, times 100 after the next, and so on. A single jump would land so far above a weak
-/// direction's scale that a handful of short steps are needed to come back.
-fn raise(damping: &mut f64, factor: &mut f64) {
-    *damping *= *factor;
-    *factor *= 10.0;
+/// How the next step is to be made.
+#[derive(Default)]
+struct Search {
+    /// λ.
+    damping: f64,
+    /// True if the factor at hand was made where the search stands.
+    fresh: bool,
+    /// True if the factor at hand is to be used again.
+    kept: bool,
+    /// Largest entry of the last accepted step.
+    last_step: f64,
+    /// True if the step at hand is undamped and was too small to be tried.
+    pending: bool,
+    /// Where a step leads.
+    candidate: Vec<Block>,
+}
+
+impl Search {
+    fn succeeded(&mut self, step_max: f64, share: f64) {
+        self.damping /= 10.0;
+        if self.damping < NEGLIGIBLE_DAMPING {
+            self.damping = 0.0;
+        }
+        self.last_step = step_max;
+        self.kept = self.damping == 0.0 && share < KEEPS_BELOW;
+    }
+
+    /// After a step that failed: a fresh factor if it was an old one, else more damping: times 10, times 100 after the
+    /// next, and so on. A single jump would land so far above a weak direction's scale that a handful of short steps are
+    /// needed to come back. False if more damping is hopeless.
+    fn retry(&mut self, factor: &mut f64, options: &Options) -> bool {
+        self.kept = false;
+        if self.fresh {
+            self.damping = if self.damping == 0.0 { options.initial_damping } else { self.damping * *factor };
+            *factor *= 10.0;
+        }
+        self.damping <= HOPELESS_DAMPING
+    }
 }
 
 fn milliseconds(since: Instant) -> f64 {

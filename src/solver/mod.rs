@@ -1,21 +1,29 @@
 //! Generic sparse nonlinear least squares: min ½ Σₖ ρ(‖rₖ(x)‖²). Knows no poses, no maps.
 //!
 //! x is a list of blocks of three numbers; every term rₖ has at most three rows and depends on any number of blocks.
-//! Levenberg–Marquardt on the normal equations H δ = −g, H = Σ ρ′ JᵀJ, g = Σ ρ′ Jᵀr, with a sparse Cholesky
-//! factorisation whose ordering and pattern are computed once. Results do not depend on the machine's threads.
+//! Gauss–Newton, damped where need be, on the normal equations H δ = −g, H = Σ ρ′ JᵀJ, g = Σ ρ′ Jᵀr, with a multifrontal
+//! Cholesky factorisation in 3×3 blocks whose ordering and pattern are computed once. Results depend neither on the
+//! machine's threads nor on its vector units.
 
-mod cholesky;
+mod clique;
 mod covariance;
+mod factor;
 mod gnc;
+mod incremental;
+mod kernels;
 mod lm;
 mod loss;
 mod normal_equations;
+mod ordering;
 mod polish;
 mod report;
+mod simd;
+mod structure;
 
 pub use covariance::Covariance;
 pub use gnc::{Gnc, chi2_quantile_3};
-pub use lm::minimize;
+pub use incremental::{Incremental, Laziness};
+pub use lm::{Solver, minimize};
 pub use loss::Loss;
 pub use report::{Iteration, Polish, Report, Termination, Timings};
 
@@ -32,19 +40,72 @@ pub trait Problem {
     /// Appends the blocks that a term depends on, all different, in the order of [`Problem::linearize`].
     fn blocks_of(&self, term: usize, blocks: &mut Vec<usize>);
 
-    /// How many numbers of a block are unknowns, 1 to 3; the rest is padding that never moves.
-    fn dimension(&self, _block: usize) -> usize {
-        3
-    }
-
     /// The loss of a term.
     fn loss_of(&self, term: usize) -> Loss;
 
     /// r at x: 3×1, whitened; rows that a term does not have are zero.
     fn residual(&self, term: usize, x: &[Block]) -> Vector3<f64>;
 
-    /// r at x with its Jacobians, into `at`, which comes cleared.
+    /// r at x with its Jacobians, into `at`, which comes cleared. A number of a block that no term has a slope along is
+    /// padding and never moves.
     fn linearize(&self, term: usize, x: &[Block], at: &mut Linearization);
+
+    /// The same for a term on two blocks that knows its quadratic form at less cost than from Jacobians; false if it
+    /// does not. Leaves the loss to the solver.
+    fn pair_quadratic(&self, _term: usize, _x: &[Block], _at: &mut PairQuadratic) -> bool {
+        false
+    }
+}
+
+/// ‖r‖² of a term on two blocks, its gradient (½ of it) and JᵀJ.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PairQuadratic {
+    /// The two blocks.
+    pub blocks: [usize; 2],
+    /// ‖r‖².
+    pub squared_norm: f64,
+    /// J₀ᵀr and J₁ᵀr.
+    pub gradient: [[f64; 3]; 2],
+    /// J₀ᵀJ₀ and J₁ᵀJ₁: upper triangle, row by row.
+    pub own: [[f64; 6]; 2],
+    /// J₀ᵀJ₁, column-major.
+    pub cross: [f64; 9],
+}
+
+impl PairQuadratic {
+    /// Multiplies the cost.
+    pub fn scale(&mut self, weight: f64) {
+        let all =
+            self.gradient.iter_mut().flatten().chain(self.own.iter_mut().flatten()).chain(&mut self.cross);
+        all.chain([&mut self.squared_norm]).for_each(|v| *v *= weight);
+    }
+
+    /// Of a term on one block (which then stands twice) or two.
+    fn from_jacobians(at: &Linearization) -> Self {
+        let own = |j: &Matrix3<f64>| {
+            let h = j.transpose() * j;
+            [h[(0, 0)], h[(0, 1)], h[(0, 2)], h[(1, 1)], h[(1, 2)], h[(2, 2)]]
+        };
+        let gradient = |j: &Matrix3<f64>| {
+            let g = j.transpose() * at.residual;
+            [g[0], g[1], g[2]]
+        };
+        let mut pair = PairQuadratic { squared_norm: at.residual.norm_squared(), ..Default::default() };
+        for (side, (block, j)) in at.jacobians.iter().take(2).enumerate() {
+            pair.blocks[side] = *block;
+            pair.gradient[side] = gradient(j);
+            pair.own[side] = own(j);
+        }
+        match &at.jacobians[..] {
+            [(_, a), (_, b), ..] => {
+                let cross = a.transpose() * b;
+                pair.cross = std::array::from_fn(|k| cross[(k % 3, k / 3)]);
+            }
+            [(block, _)] => pair.blocks[1] = *block,
+            [] => {}
+        }
+        pair
+    }
 }
 
 /// A term at a point. One is reused for all terms, so that linearising allocates nothing.
@@ -86,6 +147,11 @@ impl Default for Options {
 
 /// ½ Σ ρ(‖r‖²) at x.
 pub fn cost(problem: &dyn Problem, x: &[Block]) -> f64 {
-    let term_cost = |k: usize| problem.loss_of(k).rho(problem.residual(k, x).norm_squared());
-    0.5 * (0..problem.terms()).map(term_cost).sum::<f64>()
+    let mut pair = PairQuadratic::default();
+    let mut term_cost = |k: usize| {
+        let known = problem.pair_quadratic(k, x, &mut pair);
+        let s = if known { pair.squared_norm } else { problem.residual(k, x).norm_squared() };
+        problem.loss_of(k).rho(s)
+    };
+    0.5 * (0..problem.terms()).map(&mut term_cost).sum::<f64>()
 }

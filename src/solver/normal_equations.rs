@@ -1,205 +1,264 @@
-//! H = Σ ρ′ JᵀJ and g = Σ ρ′ Jᵀr, assembled straight into compressed columns of the lower triangle.
+//! H = Σ ρ′ JᵀJ and g = Σ ρ′ Jᵀr, summed straight into the blocks that the factorisation reads.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
-use super::cholesky::{Cholesky, Factored};
-use super::{Block, Linearization, Problem};
-use crate::error::Result;
+use super::factor::{BlockMatrix, Factor};
+use super::ordering::Graph;
+use super::structure::Structure;
+use super::{Block, Linearization, PairQuadratic, Problem};
 
-/// Where a 3×3 block of H sits: its block row within its block column.
+const HELD: u32 = u32::MAX;
+
+/// Where a product JₐᵀJ_b goes: a block of H, as it is or transposed.
 #[derive(Debug, Clone, Copy)]
 struct Slot {
-    column: usize,
-    place: usize,
+    block: u32,
+    transposed: bool,
 }
 
+const NOWHERE: Slot = Slot { block: HELD, transposed: false };
+
 /// The normal equations of one problem structure. Held blocks do not appear in them (that is the gauge).
+#[derive(Debug, Clone)]
 pub(super) struct NormalEquations {
-    /// Unknown of each block, if it is free.
-    unknown: Vec<Option<usize>>,
-    /// Block columns: ascending block rows, the diagonal first.
-    block_rows: Vec<Vec<usize>>,
-    /// Off-diagonal slots: for each term in turn every pair of its blocks, (0, 1), (0, 2), … (1, 2), …; `None`
-    /// where one of the two is held.
-    slots: Vec<Option<Slot>>,
-    /// Scalar entries of the diagonal that belong to padding: kept at one so that H stays regular.
-    padding: Vec<usize>,
-    column_starts: Vec<usize>,
-    rows: Vec<usize>,
-    values: Vec<f64>,
-    damped: Vec<f64>,
-    /// g, 3 per unknown.
-    pub gradient: Vec<f64>,
-    cholesky: Cholesky,
+    /// Block column of each block, or [`HELD`].
+    column_of: Vec<u32>,
+    /// Block of each block column.
+    block_of: Vec<u32>,
+    pub structure: Structure,
+    h: BlockMatrix,
+    /// Off-diagonal slots: for each term in turn every pair of its blocks, (0, 1), (0, 2), … (1, 2), …
+    slots: Vec<Slot>,
+    /// g, 3 per block column.
+    gradient: Vec<f64>,
+    /// δ, likewise.
+    delta: Vec<f64>,
+    pub factor: Factor,
 }
 
 impl NormalEquations {
-    /// Analyses which blocks meet; `held` are the blocks that must not move.
-    pub fn new(problem: &dyn Problem, blocks: usize, held: &[usize]) -> Result<Self> {
-        let mut unknown: Vec<Option<usize>> = vec![None; blocks];
-        let mut free = 0;
-        for (block, slot) in unknown.iter_mut().enumerate() {
-            if held.binary_search(&block).is_err() {
-                *slot = Some(free);
-                free += 1;
-            }
+    /// Analyses which blocks meet; `held` (ascending) are the blocks that must not move.
+    pub fn new(problem: &dyn Problem, blocks: usize, held: &[usize]) -> Self {
+        let mut unknown = vec![0u32; blocks];
+        for &h in held {
+            unknown[h] = HELD;
         }
-        let mut block_rows: Vec<Vec<usize>> = (0..free).map(|u| vec![u]).collect();
+        let mut free = 0;
+        for u in unknown.iter_mut().filter(|u| **u != HELD) {
+            *u = free;
+            free += 1;
+        }
         let mut pairs = Vec::with_capacity(problem.terms());
         let mut touched = Vec::new();
         for term in 0..problem.terms() {
             touched.clear();
             problem.blocks_of(term, &mut touched);
             for (k, &a) in touched.iter().enumerate() {
-                for &b in &touched[k + 1..] {
-                    let pair = unknown[a].zip(unknown[b]).map(|(a, b)| (a.min(b), a.max(b)));
-                    if let Some((column, row)) = pair {
-                        block_rows[column].push(row);
-                    }
-                    pairs.push(pair);
-                }
+                pairs.extend(touched[k + 1..].iter().map(|&b| (unknown[a], unknown[b])));
             }
         }
-        for rows in &mut block_rows {
-            rows.sort_unstable();
-            rows.dedup();
-        }
-        let slot = |(column, row): (usize, usize)| {
-            Some(Slot { column, place: block_rows[column].binary_search(&row).ok()? })
+        let is_free = |&(a, b): &(u32, u32)| a != HELD && b != HELD;
+        let edges: Vec<_> = pairs.iter().copied().filter(is_free).collect();
+        let graph = Graph::new(free as usize, &edges);
+        let structure = Structure::new(&graph);
+        let h = pattern(&graph, &structure);
+        let slot = |(a, b): (u32, u32)| {
+            if !is_free(&(a, b)) {
+                return NOWHERE;
+            }
+            let (a, b) = (structure.column_of[a as usize], structure.column_of[b as usize]);
+            Slot { block: h.find(a.max(b), a.min(b)), transposed: a < b }
         };
-        let slots = pairs.into_iter().map(|pair| pair.and_then(slot)).collect();
-        let (column_starts, rows) = expand(&block_rows);
-        let cholesky = Cholesky::new(&column_starts, &rows)?;
-        let padding = (0..blocks)
-            .filter_map(|block| Some((block, unknown[block]?)))
-            .flat_map(|(block, u)| (problem.dimension(block)..3).map(move |k| 3 * u + k))
-            .map(|scalar| column_starts[scalar])
-            .collect();
-        let values = vec![0.0; rows.len()];
-        let damped = values.clone();
-        Ok(NormalEquations {
-            unknown,
-            block_rows,
-            slots,
-            padding,
-            column_starts,
-            rows,
-            values,
-            damped,
-            gradient: vec![0.0; 3 * free],
-            cholesky,
-        })
+        let slots = pairs.into_iter().map(slot).collect();
+        let mut block_of = vec![0; free as usize];
+        let column_of: Vec<u32> =
+            unknown.iter().map(|&u| if u == HELD { HELD } else { structure.column_of[u as usize] }).collect();
+        for (block, &column) in column_of.iter().enumerate().filter(|c| *c.1 != HELD) {
+            block_of[column as usize] = block as u32;
+        }
+        let factor = Factor::new(&structure);
+        let gradient = vec![0.0; 3 * free as usize];
+        NormalEquations { column_of, block_of, structure, h, slots, gradient, delta: Vec::new(), factor }
     }
 
-    /// Number of free blocks.
-    pub fn free_blocks(&self) -> usize {
-        self.block_rows.len()
-    }
-
-    /// Fills H and g at x.
-    pub fn assemble(&mut self, problem: &dyn Problem, x: &[Block]) {
-        self.values.fill(0.0);
+    /// Fills H and g at x; returns the cost there.
+    pub fn assemble(&mut self, problem: &dyn Problem, x: &[Block]) -> f64 {
+        self.h.values.fill([0.0; 9]);
         self.gradient.fill(0.0);
-        let mut slots = self.slots.iter().copied();
+        let mut slot = 0;
+        let mut cost = 0.0;
         let mut at = Linearization::default();
-        let mut sums = Accumulator { values: &mut self.values, column_starts: &self.column_starts };
+        let mut pair = PairQuadratic::default();
         for term in 0..problem.terms() {
+            if problem.pair_quadratic(term, x, &mut pair) {
+                let loss = problem.loss_of(term);
+                cost += loss.rho(pair.squared_norm);
+                self.add_pair(&pair, loss.weight(pair.squared_norm), self.slots[slot]);
+                slot += 1;
+                continue;
+            }
             at.clear();
             problem.linearize(term, x, &mut at);
-            let w = problem.loss_of(term).weight(at.residual.norm_squared());
-            for (k, &(block, j)) in at.jacobians.iter().enumerate() {
-                let jt = j.transpose() * w;
-                let unknown = self.unknown[block];
-                if let Some(u) = unknown {
-                    sums.add(Slot { column: u, place: 0 }, &(jt * j));
-                    let g: Vector3<f64> = jt * at.residual;
-                    for row in 0..3 {
-                        self.gradient[3 * u + row] += g[row];
-                    }
-                }
-                for (other, j_other) in &at.jacobians[k + 1..] {
-                    // The block below the diagonal: its row belongs to the larger unknown.
-                    let Some(slot) = slots.next().flatten() else { continue };
-                    let product = jt * j_other;
-                    let swapped = unknown < self.unknown[*other];
-                    sums.add(slot, &if swapped { product.transpose() } else { product });
-                }
+            let (loss, s) = (problem.loss_of(term), at.residual.norm_squared());
+            cost += loss.rho(s);
+            slot = self.add_term(&at, loss.weight(s), slot);
+        }
+        0.5 * cost
+    }
+
+    fn add_pair(&mut self, pair: &PairQuadratic, w: f64, slot: Slot) {
+        for side in 0..2 {
+            let column = self.column_of[pair.blocks[side]];
+            if column == HELD {
+                continue;
+            }
+            let h = &mut self.h.values[self.h.starts[column as usize] as usize];
+            let [xx, xy, xt, yy, yt, tt] = pair.own[side];
+            // The lower triangle is all that is read.
+            h[0] += w * xx;
+            h[1] += w * xy;
+            h[2] += w * xt;
+            h[4] += w * yy;
+            h[5] += w * yt;
+            h[8] += w * tt;
+            for (g, p) in self.gradient[3 * column as usize..].iter_mut().zip(pair.gradient[side]) {
+                *g += w * p;
             }
         }
-        for &diagonal in &self.padding {
-            self.values[diagonal] = 1.0;
-        }
-    }
-
-    /// δ with (H + λ D) δ = −g, or `None` if that matrix is not positive definite.
-    ///
-    /// D is the diagonal of H with the two position entries of each block replaced by their mean, so that the
-    /// steps, and with them the result, do not depend on how the map is turned.
-    pub fn step(&mut self, damping: f64) -> Option<Vec<f64>> {
-        self.damped.copy_from_slice(&self.values);
-        for block in 0..self.free_blocks() {
-            let place = |k: usize| self.column_starts[3 * block + k];
-            let d = [0, 1, 2].map(|k| self.values[place(k)]);
-            let position = (d[0] + d[1]) / 2.0;
-            for (k, scale) in [position, position, d[2]].into_iter().enumerate() {
-                self.damped[place(k)] += damping * scale.max(1e-12);
-            }
-        }
-        let mut delta: Vec<f64> = self.gradient.iter().map(|g| -g).collect();
-        self.cholesky.solve(&self.column_starts, &self.rows, &self.damped, &mut delta).then_some(delta)
-    }
-
-    /// H as it stands, factored: all that covariances need. `None` if it is not positive definite.
-    pub fn into_factored(self) -> Option<(Vec<Option<usize>>, Factored)> {
-        let factored = self.cholesky.into_factored(&self.column_starts, &self.rows, &self.values)?;
-        Some((self.unknown, factored))
-    }
-
-    /// x ⊕ δ: plain addition on every free block.
-    pub fn moved(&self, x: &[Block], delta: &[f64]) -> Vec<Block> {
-        let move_block = |(block, unknown): (&Block, &Option<usize>)| match unknown {
-            Some(u) => [0, 1, 2].map(|k| block[k] + delta[3 * u + k]),
-            None => *block,
-        };
-        x.iter().zip(&self.unknown).map(move_block).collect()
-    }
-}
-
-/// The values of H while they are summed up.
-struct Accumulator<'a> {
-    values: &'a mut [f64],
-    column_starts: &'a [usize],
-}
-
-impl Accumulator<'_> {
-    fn add(&mut self, slot: Slot, block: &Matrix3<f64>) {
-        for c in 0..3 {
-            // Scalar column 3·column + c starts at its own diagonal entry: the diagonal block lacks its first c rows.
-            let start = self.column_starts[3 * slot.column + c];
-            if slot.place == 0 {
-                for r in c..3 {
-                    self.values[start + r - c] += block[(r, c)];
+        if slot.block != HELD {
+            // `cross` is J₀ᵀJ₁, column-major; below the diagonal lies the row of the later column.
+            let h = &mut self.h.values[slot.block as usize];
+            let c = &pair.cross;
+            if slot.transposed {
+                for k in 0..9 {
+                    h[k] += w * c[3 * (k % 3) + k / 3];
                 }
             } else {
-                let base = start + 3 * slot.place - c;
-                for r in 0..3 {
-                    self.values[base + r] += block[(r, c)];
+                for k in 0..9 {
+                    h[k] += w * c[k];
                 }
             }
         }
     }
-}
 
-/// Scalar compressed columns of a lower triangle of 3×3 blocks.
-fn expand(block_rows: &[Vec<usize>]) -> (Vec<usize>, Vec<usize>) {
-    let mut starts = vec![0];
-    let mut rows = Vec::new();
-    for blocks in block_rows {
-        for c in 0..3 {
-            let scalar_rows = blocks.iter().flat_map(|&b| 3 * b..3 * b + 3).skip(c);
-            rows.extend(scalar_rows);
-            starts.push(rows.len());
+    fn add_term(&mut self, at: &Linearization, w: f64, mut slot: usize) -> usize {
+        for (k, &(block, j)) in at.jacobians.iter().enumerate() {
+            let jt = j.transpose() * w;
+            let column = self.column_of[block];
+            if column != HELD {
+                let diagonal = self.h.starts[column as usize];
+                self.add_block(Slot { block: diagonal, transposed: false }, &(jt * j));
+                let g = jt * at.residual;
+                for (sum, g) in self.gradient[3 * column as usize..].iter_mut().zip(g.iter()) {
+                    *sum += g;
+                }
+            }
+            for (_, other) in &at.jacobians[k + 1..] {
+                self.add_block(self.slots[slot], &(jt * other));
+                slot += 1;
+            }
+        }
+        slot
+    }
+
+    fn add_block(&mut self, slot: Slot, block: &Matrix3<f64>) {
+        if slot.block == HELD {
+            return;
+        }
+        let h = &mut self.h.values[slot.block as usize];
+        for (k, h) in h.iter_mut().enumerate() {
+            *h += if slot.transposed { block[(k / 3, k % 3)] } else { block[(k % 3, k / 3)] };
         }
     }
-    (starts, rows)
+
+    /// Factors H + λD.
+    pub fn factor(&mut self, damping: f64) {
+        self.factor.compute(&self.structure, &self.h, damping);
+    }
+
+    /// Puts δ with LLᵀδ = −g for the factor at hand into `delta`; false if it is not finite.
+    pub fn step(&mut self) -> bool {
+        self.delta.clear();
+        self.delta.extend(self.gradient.iter().map(|g| -g));
+        self.factor.solve(&self.structure, &mut self.delta);
+        self.delta.iter().all(|d| d.is_finite())
+    }
+
+    /// Largest entry of `delta`.
+    pub fn step_max(&self) -> f64 {
+        largest(&self.delta)
+    }
+
+    /// Largest entry of g.
+    pub fn gradient_max(&self) -> f64 {
+        largest(&self.gradient)
+    }
+
+    /// What `delta` promises to take off the cost, of the linear model at negligible damping: ½ δᵀ(−g).
+    pub fn promised(&self) -> f64 {
+        -0.5 * self.delta.iter().zip(&self.gradient).map(|(d, g)| d * g).sum::<f64>()
+    }
+
+    /// Block column of a block that is free.
+    pub fn column(&self, block: usize) -> Option<usize> {
+        Some(self.column_of[block]).filter(|&c| c != HELD).map(|c| c as usize)
+    }
+
+    /// x ← x ⊕ δ: plain addition on every free block.
+    pub fn advance(&self, x: &mut [Block]) {
+        for (&block, delta) in self.block_of.iter().zip(self.delta.as_chunks::<3>().0) {
+            for (x, d) in x[block as usize].iter_mut().zip(delta) {
+                *x += d;
+            }
+        }
+    }
+
+    /// Blocks with a number that nothing determines, as far as doubles can tell, ascending: their pivots were replaced.
+    pub fn undetermined(&self) -> Vec<usize> {
+        let mut blocks: Vec<usize> =
+            self.factor.damped.iter().map(|&scalar| self.block_of[scalar / 3] as usize).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        blocks
+    }
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m, d| m.max(d.abs()))
+}
+
+/// The blocks of H for a structure, all zero.
+fn pattern(graph: &Graph, structure: &Structure) -> BlockMatrix {
+    let n = graph.nodes();
+    let mut nodes = vec![0u32; n];
+    for (node, &column) in structure.column_of.iter().enumerate() {
+        nodes[column as usize] = node as u32;
+    }
+    let mut h = BlockMatrix { starts: vec![0], ..BlockMatrix::default() };
+    for (column, &node) in nodes.iter().enumerate() {
+        let from = h.rows.len();
+        h.rows.push(column as u32);
+        let rows = graph.of(node).iter().map(|&m| structure.column_of[m as usize]);
+        h.rows.extend(rows.filter(|&row| row > column as u32));
+        h.rows[from..].sort_unstable();
+        h.starts.push(h.rows.len() as u32);
+        let supernode = &structure.supernodes[structure.supernode_of[column] as usize];
+        let base = 3 * (column - supernode.first) * supernode.stride();
+        let below = &structure.rows[supernode.rows.0..supernode.rows.1];
+        let mut at = 0;
+        for &row in &h.rows[from..] {
+            let row = row as usize;
+            let place = if row < supernode.first + supernode.columns {
+                3 * (row - supernode.first)
+            } else {
+                while below[at] < row as u32 {
+                    at += 1;
+                }
+                supernode.own + 3 * at
+            };
+            h.places.push((base + place) as u32);
+        }
+    }
+    h.values = vec![[0.0; 9]; h.rows.len()];
+    h
 }

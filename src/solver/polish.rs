@@ -5,10 +5,7 @@
 //! Gauss–Newton steps use it alone; the cost only stands guard.
 
 use super::normal_equations::NormalEquations;
-use super::{Block, Options, Polish, Problem, cost};
-
-/// λ of these steps: none, for all that doubles can tell.
-const DAMPING: f64 = 1e-15;
+use super::{Block, Options, Polish, Problem};
 
 /// A step that is longer and still gains nothing that the cost could show lies along a direction that nothing
 /// determines.
@@ -17,39 +14,57 @@ const LONGEST_STEP: f64 = 1e-4;
 /// A step must be shorter than this share of the one before, or what is left is rounding.
 const SHRINKS_TO: f64 = 0.9;
 
+/// With an old factor it must be shorter than this share, or H is factored anew.
+const KEPT_SHRINKS_TO: f64 = 0.2;
+
 /// Enough for the linear convergence under robust losses; without them two or three do.
 const MOST_STEPS: usize = 20;
 
-/// Takes Gauss–Newton steps from `x` while they are small, shrink, and leave the cost the same up to rounding, until
-/// one is at most `options.step`. `equations` are those at `x`. All together cannot move anything by more than a millimetre.
+/// Where the search ended: the point, memory for another, and the cost.
+pub(super) struct Place<'a> {
+    pub x: &'a mut Vec<Block>,
+    pub candidate: Vec<Block>,
+    pub cost: &'a mut f64,
+}
+
+/// Takes Gauss–Newton steps from `at.x` while they are small, shrink, and leave the cost the same up to rounding, until
+/// one is at most `options.step`. `equations` are those there, with a factor of about there; `pending`: they hold the step
+/// that these give. All together cannot move anything by more than a millimetre.
 pub(super) fn polish(
     problem: &dyn Problem,
-    x: &mut Vec<Block>,
+    mut at: Place,
     equations: &mut NormalEquations,
+    mut pending: bool,
     options: &Options,
-    final_cost: &mut f64,
 ) -> Polish {
     let mut done = Polish::default();
-    let highest = *final_cost * (1.0 + options.relative_decrease);
+    let highest = *at.cost * (1.0 + options.relative_decrease);
     let mut longest = LONGEST_STEP;
+    let mut fresh = false;
     while done.steps < MOST_STEPS {
-        if done.steps > 0 {
-            equations.assemble(problem, x);
+        let finite = std::mem::take(&mut pending) || equations.step();
+        let step_max = equations.step_max();
+        let target = if done.steps == 0 { LONGEST_STEP } else { longest * KEPT_SHRINKS_TO / SHRINKS_TO };
+        if !fresh && (!finite || step_max > target.max(options.step)) {
+            equations.factor(0.0);
+            fresh = true;
+            continue;
         }
-        let Some(delta) = equations.step(DAMPING) else { break };
-        let step_max = delta.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-        if step_max > longest {
+        if !finite || step_max > longest {
             break;
         }
-        let candidate = equations.moved(x, &delta);
-        let candidate_cost = cost(problem, &candidate);
+        at.candidate.copy_from_slice(at.x);
+        equations.advance(&mut at.candidate);
+        let candidate_cost = equations.assemble(problem, &at.candidate);
+        fresh = false;
         // Also false if it is not a number.
         let as_good = candidate_cost <= highest;
         if !as_good {
+            equations.assemble(problem, at.x);
             break;
         }
-        *x = candidate;
-        *final_cost = candidate_cost;
+        std::mem::swap(at.x, &mut at.candidate);
+        *at.cost = candidate_cost;
         done.steps += 1;
         done.last_step = step_max;
         if step_max <= options.step {

@@ -97,6 +97,8 @@ pub struct Report {
     pub polish: Polish,
     /// Why it stopped.
     pub termination: Termination,
+    /// Blocks with a number that nothing determines as far as doubles can tell, ascending: it was left about where it was.
+    pub undetermined: Vec<usize>,
     /// Times.
     pub timings: Timings,
     /// What a person should know of, in sentences: parts without a held pose, lines that Ceres logged.
@@ -112,6 +114,7 @@ impl Report {
             iterations: Vec::new(),
             polish: Polish::default(),
             termination,
+            undetermined: Vec::new(),
             timings: Timings::default(),
             warnings: Vec::new(),
         }

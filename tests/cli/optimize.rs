@@ -6,15 +6,17 @@ use serde_json::Value;
 use super::Bench;
 use crate::support::shared;
 
-const FIELDS: [&str; 9] = [
+const FIELDS: [&str; 11] = [
     "edges",
     "final_chi2",
     "initial_chi2",
+    "initialisation",
     "iterations",
     "load_ms",
     "optimize_ms",
     "order_ms",
     "termination",
+    "uncertainty",
     "vertices",
 ];
 
@@ -47,6 +49,10 @@ fn the_report_has_exactly_the_fields_of_the_contract() {
         let mut found: Vec<&String> = report.as_object().unwrap().keys().collect();
         found.sort_unstable();
         assert_eq!(found, FIELDS.iter().collect::<Vec<_>>());
+        let sigma = |f: &str| report["uncertainty"][f].as_f64().unwrap();
+        assert!(sigma("position_sigma_worst_m") >= sigma("position_sigma_median_m"), "{report}");
+        assert!(sigma("position_sigma_worst_m") > 0.0 && sigma("position_sigma_worst_m") < 1.0, "{report}");
+        assert!([0, 3, 1].map(Value::from).contains(&report["uncertainty"]["worst_pose"]), "{report}");
         assert_eq!((&report["vertices"], &report["edges"]), (&4.into(), &5.into()));
         let chi2 = ["initial_chi2", "final_chi2"].map(|f| report[f].as_f64().unwrap());
         assert!(chi2[1] < chi2[0], "{chi2:?}");

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::Bench;
 
-const TOP: [&str; 11] = [
+const TOP: [&str; 12] = [
     "version",
     "solver",
     "formulation",
@@ -16,6 +16,7 @@ const TOP: [&str; 11] = [
     "reassociate_ms",
     "total_ms",
     "peak_rss_mb",
+    "uncertainty",
 ];
 const ENTRY: [&str; 22] = [
     "id",

@@ -46,7 +46,7 @@ fn covariances_are_those_of_the_dense_inverse() {
         let problem = problems::solvable(seed, Loss::Cauchy(2.0), true);
         let dense = dense_inverse(&problem);
         let sparse = Covariance::new(&problem, &problem.blocks(), &problem.held);
-        let sparse = sparse.expect("a pattern").expect("determined");
+        let mut sparse = sparse.expect("determined");
         let all: Vec<usize> = (0..problem.blocks().len()).collect();
         for &block in &all {
             for (&other, found) in all.iter().zip(sparse.with(block, &all)) {

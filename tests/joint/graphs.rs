@@ -118,32 +118,100 @@ both_backends! {
         assert_eq!(report.final_chi2, 0.0);
     }
 
+    /// From the poses in the file, at default settings. INTEL has an edge of information 2.7e12; MITb, M3500a and M3500b start
+    /// so far away that no solver gets there from their poses alone.
     fn public_graphs_reach_the_best_known_chi2(backend: Backend) {
-        // Best of eight solvers, recomputed by an independent script.
+        // Best of eight solvers, recomputed by an independent script; M3500b is ours.
         for (name, best) in [
             ("CSAIL", 38.95629),
             ("FR079", 37.59912),
+            ("INTEL", 215.8311),
             ("intel943", 546.4611),
             ("intel1728", 45.0047),
             ("M3500", 137.913),
+            ("M3500a", 912.115),
+            ("M3500b", 2054.716),
+            ("MITb", 41.16327),
+            ("ais2klinik", 172.8156),
+            ("city10000", 511.9852),
+            ("kitti_00", 98.32201),
             ("kitti_05", 157.1044),
+            ("manhattanOlson3500", 146.0766),
+            ("manhattanOlson3500_odom", 146.0766),
+            ("ring", 11.1631),
         ] {
             let Some(mut map) = public_graph(name) else { return };
             let report = optimized(&mut map, backend);
             let chi2 = naive_chi2(&map);
-            assert!((chi2 - best).abs() <= 1e-5 * best, "{name}: {chi2}, expected {best}");
+            println!("{name}: {chi2} {:?} {:?}", report.initialisation, report.solve.termination);
+            assert!(chi2 <= best * (1.0 + 1e-5), "{name}: {chi2}, expected {best}");
             assert!((report.final_chi2 - chi2).abs() <= 1e-7 * chi2, "{name}: {chi2} {}", report.final_chi2);
+            assert!(backend == joint::Backend::Ceres || report.solve.termination.converged(), "{name}");
         }
     }
 
-    /// INTEL has an edge of information 2.7e12 and starts five orders of magnitude above its minimum: other solvers
-    /// throw. Ours need not find the minimum from there, but must hand back a finite, better graph.
-    fn hard_graphs_never_fail(backend: Backend) {
-        for name in ["INTEL", "MITb"] {
-            let Some(mut map) = public_graph(name) else { return };
+    fn a_ring_of_headings_near_pi_is_unwrapped(backend: Backend) {
+        // Every pose looks back along the ring: headings jump between π and −π all the way round.
+        let dice = &mut Dice::new(7);
+        let n = 60;
+        let mut map = SlamMap::default();
+        for i in 0..n {
+            let around = std::f64::consts::TAU * i as f64 / n as f64;
+            let heading = if i % 2 == 0 { std::f64::consts::PI } else { -std::f64::consts::PI + 1e-9 };
+            map.poses.push(Pose2::new(10.0 * around.cos(), 10.0 * around.sin(), heading));
+        }
+        for i in 0..n {
+            let j = (i + 1) % n;
+            let z = map.poses[i].between(map.poses[j]).to_array();
+            map.relative_factors.push(factor(i, j, z, dice));
+        }
+        map.observations = Observations::empty(n);
+        let truth = map.poses.clone();
+        // Dead reckoning with every turn a little off, over more than one turn in all.
+        for i in 1..n {
+            let mut z = map.relative_factors[i - 1].i_from_j;
+            z.theta_rad += 0.15;
+            map.poses[i] = map.poses[i - 1].compose(z);
+        }
+        let report = optimized(&mut map, backend);
+        assert!(report.final_chi2 < 1e-12, "{}", report.final_chi2);
+        assert_eq!(report.initialisation, joint::Initialisation::Linear);
+        for (found, truth) in map.poses.iter().zip(&truth) {
+            assert!((found.translation() - truth.translation()).norm() < 1e-6);
+        }
+    }
+
+    /// Informations from 1e-4 to 1e12 side by side, edges twice and thrice, parts without a link, poses without an edge.
+    fn no_legal_graph_fails(backend: Backend) {
+        for seed in 0..40 {
+            let dice = &mut Dice::new(1000 + seed);
+            let mut map = square(seed);
+            for f in &mut map.relative_factors {
+                let scale = 10.0_f64.powf(dice.uniform(-6.0, 10.0));
+                f.information = Information::new(f.information.matrix() * scale).unwrap();
+            }
+            let (cut, alone) = (dice.index(80), dice.index(80));
+            map.relative_factors.retain(|f| (f.i < cut) == (f.j < cut) && f.i != alone && f.j != alone);
+            let again: Vec<_> = map.relative_factors.iter().filter(|f| f.i % 5 == 0).copied().collect();
+            map.relative_factors.extend(again);
+            for pose in &mut map.poses {
+                pose.x_m += dice.normal(0.3);
+                pose.theta_rad += dice.normal(0.5);
+            }
             let report = optimized(&mut map, backend);
-            assert!(map.poses.iter().all(|p| p.is_finite()), "{name}");
-            assert!(report.final_chi2 < 0.1 * report.initial_chi2, "{name}: {}", report.final_chi2);
+            assert!(map.poses.iter().all(|p| p.is_finite()), "seed {seed}");
+            assert!(report.final_chi2 <= report.initial_chi2, "seed {seed}: {report:?}");
+        }
+    }
+
+    fn a_start_that_is_better_than_the_linear_one_is_kept(backend: Backend) {
+        let mut map = square(6);
+        optimized(&mut map, backend);
+        let minimum = map.clone();
+        let report = optimized(&mut map, backend);
+        assert_eq!(report.initialisation, joint::Initialisation::AsGiven);
+        for (a, b) in map.poses.iter().zip(&minimum.poses) {
+            assert!((a.translation() - b.translation()).norm() < 1e-8);
         }
     }
 }

@@ -151,8 +151,11 @@ pub fn run(args: &Args) -> Result<Outcome> {
         return batch::run(args, options);
     }
     let done = one(args, options, &args.input, &args.corrections)?;
-    let json = report::Report::new(&done, &args.tunables);
+    let mut json = report::Report::new(&done, &args.tunables);
     let Corrected { corrector, reports, reassociation, before, .. } = done;
+    if args.report.is_some() && !args.interpret_only {
+        json.uncertainty = Some(super::report::Uncertainty::of(corrector.map(), &options.joint)?);
+    }
     let map = corrector.into_map();
     write_outputs(args, &map, before.as_ref(), &reports)?;
     if !super::report::is_on_stdout(args.report.as_deref()) {

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Corrected, contradictions};
 use crate::cli::reassociate;
-use crate::cli::report::peak_rss_mb;
+use crate::cli::report::{Uncertainty, peak_rss_mb};
 use crate::cli::tunables::Tunables;
 
 /// The whole report.
@@ -24,6 +24,8 @@ pub struct Report {
     reassociation: reassociate::Summary,
     pub total_ms: f64,
     pub peak_rss_mb: Option<f64>,
+    /// Of the poses of the corrected map; `None` if nobody asked for a report.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 /// The tunables, and T_p as it was used.
@@ -97,6 +99,7 @@ impl Report {
             reassociation: reassociate::Summary::new(map, reassociation.as_ref()),
             total_ms: *total_ms,
             peak_rss_mb: peak_rss_mb(),
+            uncertainty: None,
         }
     }
 }

@@ -1,0 +1,128 @@
+//! The joint problem made ready for our solver: relative factors with their constants worked out, everything else as it
+//! is in [`super::terms`].
+//!
+//! With W = U·diag(Rzᵀ, 1), d = tj − ti the residual of R1 is r = W·[Riᵀd − tz; wrap(θj − θi − θz)].
+//! Its Jacobians are ∂r/∂j = W·diag(Riᵀ, 1) and ∂r/∂i = −∂r/∂j·T, T = [I q; 0 1], q = (−d_y, d_x): so J_jᵀJ_j is one
+//! rotation of WᵀW, and the other two blocks follow from it by T.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::problem::{JointProblem, RelativeTerm};
+use crate::geometry::wrap_angle;
+use crate::solver::{Block, Linearization, Loss, PairQuadratic, Problem};
+
+/// R1 with its constants.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Relative {
+    blocks: [u32; 2],
+    measured: [f64; 3],
+    /// W: its rows; the last has only its last entry.
+    w: [f64; 7],
+    /// WᵀW: upper triangle, row by row.
+    information: [f64; 6],
+}
+
+impl Relative {
+    pub fn new(term: &RelativeTerm) -> Self {
+        let u = Matrix3::from_row_slice(&term.sqrt_information);
+        let (s, c) = term.measured[2].sin_cos();
+        let w = u * Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
+        let o = w.transpose() * w;
+        Relative {
+            blocks: [term.i as u32, term.j as u32],
+            measured: term.measured,
+            w: [w[(0, 0)], w[(0, 1)], w[(0, 2)], w[(1, 0)], w[(1, 1)], w[(1, 2)], w[(2, 2)]],
+            information: [o[(0, 0)], o[(0, 1)], o[(0, 2)], o[(1, 1)], o[(1, 2)], o[(2, 2)]],
+        }
+    }
+
+    /// r; (cos, sin) of the first pose's heading; d.
+    #[inline]
+    fn at(&self, x: &[Block]) -> ([f64; 3], [f64; 2], [f64; 2]) {
+        let [[xi, yi, ti], [xj, yj, tj]] = self.blocks.map(|b| x[b as usize]);
+        let (s, c) = ti.sin_cos();
+        let (dx, dy) = (xj - xi, yj - yi);
+        let [zx, zy, zt] = self.measured;
+        let e = [c * dx + s * dy - zx, c * dy - s * dx - zy, wrap_angle(tj - ti - zt)];
+        let [w00, w01, w02, w10, w11, w12, w22] = self.w;
+        let r = [w00 * e[0] + w01 * e[1] + w02 * e[2], w10 * e[0] + w11 * e[1] + w12 * e[2], w22 * e[2]];
+        (r, [c, s], [dx, dy])
+    }
+
+    pub fn residual(&self, x: &[Block]) -> Vector3<f64> {
+        self.at(x).0.into()
+    }
+
+    pub fn blocks(&self) -> [usize; 2] {
+        self.blocks.map(|b| b as usize)
+    }
+
+    pub fn quadratic(&self, x: &[Block], at: &mut PairQuadratic) {
+        let (r, [c, s], [dx, dy]) = self.at(x);
+        let [w00, w01, w02, w10, w11, w12, w22] = self.w;
+        let v = [w00 * r[0] + w10 * r[1], w01 * r[0] + w11 * r[1], w02 * r[0] + w12 * r[1] + w22 * r[2]];
+        let gj = [c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]];
+        let [o00, o01, o02, o11, o12, o22] = self.information;
+        // diag(R, 1)·WᵀW·diag(R, 1)ᵀ.
+        let (a00, a01) = (c * o00 - s * o01, c * o01 - s * o11);
+        let (a10, a11) = (s * o00 + c * o01, s * o01 + c * o11);
+        let (h00, h01, h11) = (a00 * c - a01 * s, a00 * s + a01 * c, a10 * s + a11 * c);
+        let (h02, h12) = (c * o02 - s * o12, s * o02 + c * o12);
+        // The last column of H·T, and the last entry of Tᵀ·H·T.
+        let (q0, q1) = (-dy, dx);
+        let (m02, m12) = (h00 * q0 + h01 * q1 + h02, h01 * q0 + h11 * q1 + h12);
+        let m22 = h02 * q0 + h12 * q1 + o22;
+        at.blocks = self.blocks();
+        at.squared_norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+        at.gradient = [[-gj[0], -gj[1], -(q0 * gj[0] + q1 * gj[1] + gj[2])], gj];
+        at.own = [[h00, h01, m02, h11, m12, q0 * m02 + q1 * m12 + m22], [h00, h01, h02, h11, h12, o22]];
+        // J_iᵀJ_j = −TᵀH: its last row is the last column of H·T.
+        at.cross = [-h00, -h01, -m02, -h01, -h11, -m12, -h02, -h12, -m22];
+    }
+}
+
+/// A joint problem for [`crate::solver`].
+pub(super) struct Compiled<'a> {
+    problem: &'a JointProblem,
+    relatives: Vec<Relative>,
+}
+
+impl<'a> Compiled<'a> {
+    pub fn new(problem: &'a JointProblem) -> Self {
+        Compiled { problem, relatives: problem.relatives.iter().map(Relative::new).collect() }
+    }
+
+    /// Of a relative factor: its poses, the measured turn, and the information of that turn.
+    pub fn heading(&self, term: usize) -> ([usize; 2], f64, f64) {
+        let relative = &self.relatives[term];
+        (relative.blocks(), relative.measured[2], relative.information[5])
+    }
+}
+
+impl Problem for Compiled<'_> {
+    fn terms(&self) -> usize {
+        self.problem.terms()
+    }
+
+    fn blocks_of(&self, term: usize, blocks: &mut Vec<usize>) {
+        self.problem.blocks_of(term, blocks);
+    }
+
+    fn loss_of(&self, term: usize) -> Loss {
+        self.problem.loss_of(term)
+    }
+
+    fn residual(&self, term: usize, x: &[Block]) -> Vector3<f64> {
+        self.problem.residual(term, x)
+    }
+
+    fn linearize(&self, term: usize, x: &[Block], at: &mut Linearization) {
+        self.problem.linearize(term, x, at);
+    }
+
+    fn pair_quadratic(&self, term: usize, x: &[Block], at: &mut PairQuadratic) -> bool {
+        let Some(relative) = self.relatives.get(term) else { return false };
+        relative.quadratic(x, at);
+        true
+    }
+}

@@ -1,0 +1,199 @@
+//! Numeric multifrontal Cholesky H = LLᵀ and its triangular solves, in panels of 3×3 blocks.
+
+use super::kernels::{backward_panel, downdate, factor_panel, forward_panel};
+use super::simd::wide;
+use super::structure::{Structure, Supernode};
+
+/// H: lower triangle, block columns in elimination order, the diagonal block first; 3×3 blocks, column-major.
+#[derive(Debug, Clone, Default)]
+pub(super) struct BlockMatrix {
+    /// Where the blocks of each block column start; one more at the end.
+    pub starts: Vec<u32>,
+    /// Block row of every block, ascending within a column.
+    pub rows: Vec<u32>,
+    /// Where the block goes within its supernode's panel: scalar index of its first entry.
+    pub places: Vec<u32>,
+    /// Nine numbers a block.
+    pub values: Vec<[f64; 9]>,
+}
+
+/// A numeric factor.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Factor {
+    panels: Vec<f64>,
+    updates: Vec<f64>,
+    scratch: Vec<f64>,
+    /// Scalar columns whose pivot was replaced, ascending.
+    pub damped: Vec<usize>,
+}
+
+impl Factor {
+    /// Memory for a structure.
+    pub fn new(structure: &Structure) -> Self {
+        let largest = structure.supernodes.iter().map(Supernode::stride).max().unwrap_or(0);
+        Factor {
+            panels: vec![0.0; structure.panel_len],
+            updates: vec![0.0; structure.update_len],
+            scratch: vec![0.0; largest],
+            damped: Vec::new(),
+        }
+    }
+
+    /// Factors H + λD (D: [`damping_diagonal`]). Never fails: a pivot that is nothing but rounding is replaced by its
+    /// diagonal entry, and told in `damped`.
+    pub fn compute(&mut self, structure: &Structure, h: &BlockMatrix, damping: f64) {
+        self.damped.clear();
+        compute_all(self, structure, h, damping);
+    }
+
+    #[inline(always)]
+    fn supernode(&mut self, structure: &Structure, h: &BlockMatrix, damping: f64, s: usize) {
+        let node = structure.supernodes[s];
+        let (stride, columns, own, below) = (node.stride(), 3 * node.columns, node.own, node.below);
+        let panel = &mut self.panels[node.panel..node.panel + stride * columns];
+        panel.fill(0.0);
+        let diagonal = &mut self.scratch[..columns];
+        for (k, c) in (node.first..node.first + node.columns).enumerate() {
+            let (from, to) = (h.starts[c] as usize, h.starts[c + 1] as usize);
+            for b in from..to {
+                let (place, value) = (h.places[b] as usize, &h.values[b]);
+                for (column, value) in value.as_chunks::<3>().0.iter().enumerate() {
+                    panel[place + column * stride..][..3].copy_from_slice(value);
+                }
+            }
+            let d = damping_diagonal(&h.values[from]);
+            for (r, d) in d.into_iter().enumerate() {
+                let entry = &mut panel[(3 * k + r) * (stride + 1)];
+                *entry += damping * d;
+                if *entry == 0.0 {
+                    // No term knows this number: it stays where it is.
+                    *entry = 1.0;
+                }
+                diagonal[3 * k + r] = *entry;
+            }
+        }
+        let (kept, rest) = self.updates.split_at_mut(node.update.0);
+        let update = &mut rest[..below * below];
+        update.fill(0.0);
+        for &child in &structure.children[node.children.0..node.children.1] {
+            let child = structure.supernodes[child as usize];
+            let places = &structure.places[child.rows.0..child.rows.1];
+            extend(&kept[child.update.1..], child.below, places, panel, own, stride, update);
+        }
+        let damped = &mut self.damped;
+        factor_panel(panel, stride, columns, diagonal, |column| damped.push(3 * node.first + column));
+        downdate(panel, stride, own, columns, update);
+        if node.update.0 != node.update.1 {
+            self.updates.copy_within(node.update.0..node.update.0 + below * below, node.update.1);
+        }
+    }
+
+    /// The panel of a supernode: columns of L, the diagonal inverted.
+    pub fn panel(&self, node: &Supernode) -> &[f64] {
+        &self.panels[node.panel..node.panel + 3 * node.columns * node.stride()]
+    }
+
+    /// Solves LLᵀx = b in place; `x` in elimination order, three numbers a block.
+    pub fn solve(&mut self, structure: &Structure, x: &mut [f64]) {
+        solve_all(self, structure, x);
+    }
+
+    #[inline(always)]
+    fn forward(&mut self, structure: &Structure, node: &Supernode, x: &mut [f64]) {
+        let (stride, columns) = (node.stride(), 3 * node.columns);
+        let panel = &self.panels[node.panel..node.panel + stride * columns];
+        let w = &mut self.scratch[..stride];
+        let own = &mut x[3 * node.first..3 * node.first + columns];
+        w[..columns].copy_from_slice(own);
+        w[columns..].fill(0.0);
+        forward_panel(panel, stride, columns, w);
+        own.copy_from_slice(&w[..columns]);
+        for (&row, w) in structure.rows[node.rows.0..node.rows.1].iter().zip(w[node.own..].chunks_exact(3)) {
+            for (x, w) in x[3 * row as usize..].iter_mut().zip(w) {
+                *x += w;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn backward(&mut self, structure: &Structure, node: &Supernode, x: &mut [f64]) {
+        let (stride, columns) = (node.stride(), 3 * node.columns);
+        let panel = &self.panels[node.panel..node.panel + stride * columns];
+        let w = &mut self.scratch[..stride];
+        w.fill(0.0);
+        for (&row, w) in
+            structure.rows[node.rows.0..node.rows.1].iter().zip(w[node.own..].chunks_exact_mut(3))
+        {
+            w.copy_from_slice(&x[3 * row as usize..][..3]);
+        }
+        backward_panel(panel, stride, columns, &x[3 * node.first..], w);
+        x[3 * node.first..3 * node.first + columns].copy_from_slice(&w[..columns]);
+    }
+}
+
+wide! {
+    fn compute_all(factor: &mut Factor, structure: &Structure, h: &BlockMatrix, damping: f64) {
+        for s in 0..structure.supernodes.len() {
+            factor.supernode(structure, h, damping, s);
+        }
+    }
+}
+
+wide! {
+    fn solve_all(factor: &mut Factor, structure: &Structure, x: &mut [f64]) {
+        for node in &structure.supernodes {
+            factor.forward(structure, node, x);
+        }
+        for node in structure.supernodes.iter().rev() {
+            factor.backward(structure, node, x);
+        }
+    }
+}
+
+/// Adds a child's update matrix to its parent's panel and update matrix: the lower triangle, block by block.
+#[inline(always)]
+fn extend(
+    child: &[f64],
+    order: usize,
+    places: &[u32],
+    panel: &mut [f64],
+    own: usize,
+    stride: usize,
+    update: &mut [f64],
+) {
+    for (j, &column) in places.iter().enumerate() {
+        let column = column as usize;
+        let (target, offset, height) = if column < own {
+            (&mut panel[column * stride..], 0, stride)
+        } else {
+            (&mut update[(column - own) * (stride - own)..], own, stride - own)
+        };
+        for c in 0..3 {
+            let from = &child[(3 * j + c) * order + 3 * j..(3 * j + c + 1) * order];
+            let to = &mut target[c * height..(c + 1) * height];
+            for (&row, from) in places[j..].iter().zip(from.as_chunks::<3>().0) {
+                if let Some(to) = to[row as usize - offset..].first_chunk_mut::<3>() {
+                    for k in 0..3 {
+                        to[k] += from[k];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What λ multiplies for a diagonal block: its diagonal with the two position entries replaced by their mean, so that
+/// steps do not depend on how the map is turned.
+pub(super) fn damping_diagonal(block: &[f64; 9]) -> [f64; 3] {
+    let position = (block[0] + block[4]) / 2.0;
+    [position, position, block[8]]
+}
+
+impl BlockMatrix {
+    /// Index of the block at a row and column, row > column; it must be there.
+    pub fn find(&self, row: u32, column: u32) -> u32 {
+        let (from, to) = (self.starts[column as usize] as usize, self.starts[column as usize + 1] as usize);
+        let at = self.rows[from..to].binary_search(&row).unwrap_or_else(|at| at);
+        (from + at) as u32
+    }
+}

@@ -1,0 +1,3 @@
+mod covariance;
+mod incremental;
+mod linear;
