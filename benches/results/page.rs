@@ -5,6 +5,10 @@ use std::process::Command;
 
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
+/// Aims that are known not to be reached yet, by what their claims' names contain: while they are missed they stand in a table
+/// of their own, and not among the promises.
+const AIMS: [&str; 2] = ["our CPU time, share of", "our time of a joint optimisation, share of Ceres'"];
+
 /// Something that is promised: a measured number and the most that it may be.
 pub struct Claim {
     pub what: String,
@@ -17,12 +21,20 @@ pub struct Claim {
 }
 
 impl Claim {
+    /// Judged as printed, so that a reader comes to the same verdict.
+    fn is_met(&self) -> bool {
+        let number = |v: f64| printed(v, self.decimals).parse::<f64>().unwrap_or(f64::NAN);
+        number(self.measured) <= number(self.bound)
+    }
+
+    fn is_missed_aim(&self) -> bool {
+        !self.is_met() && AIMS.iter().any(|aim| self.what.contains(aim))
+    }
+
     fn row(&self) -> String {
+        let met = if self.is_met() { "yes" } else { "**no**" };
         let Claim { what, measured, bound, unit, decimals, why } = self;
-        // Judged as printed, so that a reader comes to the same verdict.
         let (measured, bound) = (printed(*measured, *decimals), printed(*bound, *decimals));
-        let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
-        let met = if number(&measured) <= number(&bound) { "yes" } else { "**no**" };
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         let row = format!("| {what} | {measured}{unit} | ≤ {bound}{unit} | {met} | {why} |");
         row.replace(" -", " −")
@@ -56,8 +68,10 @@ impl Section {
         format!("## {title}\n\n`cargo bench --bench results -- {name}`\n\n{}\n", body.trim())
     }
 
-    pub fn summary(&self) -> String {
-        self.claims.iter().fold(String::new(), |mut rows, claim| {
+    /// Rows of the claims, without or only those of missed aims.
+    pub fn rows(&self, missed_aims: bool) -> String {
+        let claims = self.claims.iter().filter(|c| c.is_missed_aim() == missed_aims);
+        claims.fold(String::new(), |mut rows, claim| {
             let _ = writeln!(rows, "{}", claim.row());
             rows
         })
@@ -66,12 +80,20 @@ impl Section {
 
 /// The whole page.
 pub fn page(sections: &[Section], seconds: f64) -> String {
-    let rows: String = sections.iter().map(Section::summary).collect();
+    let rows: String = sections.iter().map(|s| s.rows(false)).collect();
+    let missed: String = sections.iter().map(|s| s.rows(true)).collect();
+    let missed = if missed.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "## Aims not reached yet\n\n| aim | measured | bound | met | where the bound comes from |\n|---|---|---|---|---|\n{missed}\n"
+        )
+    };
     let chapters: Vec<String> = sections.iter().map(Section::text).collect();
     format!(
         "# Results\n\nWritten by `make results` (= `cargo bench --bench results`) in {seconds:.0} s; edit nothing here. {}\n\n\
          Every bound is an upper bound. ± is the 95 % interval of the mean (Student's t). ATE: RMSE of the positions after the \
-         best SE(2) alignment.\n\n## Summary\n\n| claim | measured | bound | met | where the bound comes from |\n|---|---|---|---|---|\n{rows}\n{}",
+         best SE(2) alignment.\n\n## Summary\n\n| claim | measured | bound | met | where the bound comes from |\n|---|---|---|---|---|\n{rows}\n{missed}{}",
         machine(),
         chapters.join("\n")
     )

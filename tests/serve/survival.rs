@@ -106,7 +106,8 @@ fn correct_accepts_a_session_and_gives_the_map_that_was_on_screen() {
     assert_eq!(served.act(json!({"event": "straighten", "stroke": [[-1.0, -4.0], [1.0, -3.9]]})).status, 200);
     let shown = exported(&served);
     assert_eq!(served.interrupt(), Some(0));
-    let run = hitl_in(&scratch.path(""), "correct map.npz -c session.jsonl -o by-correct.npz");
+    let run =
+        hitl_in(&scratch.path(""), "correct map.npz -c session.jsonl --no-reassociate -o by-correct.npz");
     assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
     assert!(std::fs::read(scratch.path("by-correct.npz")).unwrap() == shown);
     assert!(replayed(&scratch.path("")) == shown);
@@ -150,7 +151,7 @@ fn every_export_of_the_page_is_what_hitl_export_writes() {
     assert!(zipped.status == 200 && zipped.body.starts_with(b"PK"));
     let lines = String::from_utf8(served.get("/api/export?format=corrections").body).unwrap();
     scratch.file("c.jsonl", &lines);
-    let run = hitl_in(&scratch.path(""), "correct map.npz -c c.jsonl -o again.npz");
+    let run = hitl_in(&scratch.path(""), "correct map.npz -c c.jsonl --no-reassociate -o again.npz");
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     assert!(std::fs::read(scratch.path("again.npz")).unwrap() == exported(&served));
     let picture = served.get("/api/picture");
