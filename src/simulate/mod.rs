@@ -5,9 +5,11 @@
 //! ([`strokes`]). Everything follows from the seed; drift, ranges and drawing have random streams of their own, so
 //! that changing one setting leaves the rest of the run as it was.
 
+pub mod damage;
 pub mod drift;
 pub mod floor_plan;
 pub mod lidar;
+pub mod person;
 pub mod ring;
 pub mod route;
 mod scenario;
