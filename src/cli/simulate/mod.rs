@@ -20,7 +20,11 @@ use super::{Outcome, out};
 /// `hitl evaluate --walls` compares).
 /// The same options always write the same files.
 #[derive(clap::Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, disable_help_subcommand = true)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    disable_help_subcommand = true
+)]
 #[command(subcommand_help_heading = "Real data", subcommand_value_name = "damage|person")]
 pub struct Args {
     #[command(subcommand)]

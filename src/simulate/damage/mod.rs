@@ -138,7 +138,8 @@ pub fn log(log: &RawLog, settings: &Settings) -> Result<(RawLog, Vec<Damage>)> {
         Kind::Blind => {
             for scan in plan.damages.iter().flat_map(|d| d.first..=d.last) {
                 let scan = &mut damaged.scans[scan];
-                let nothing = if scan.max_range_m.is_finite() { scan.max_range_m as f32 } else { NO_RETURN_M };
+                let nothing =
+                    if scan.max_range_m.is_finite() { scan.max_range_m as f32 } else { NO_RETURN_M };
                 scan.ranges_m.fill(nothing);
             }
         }
@@ -161,7 +162,8 @@ pub fn log(log: &RawLog, settings: &Settings) -> Result<(RawLog, Vec<Damage>)> {
 /// that are gone.
 pub fn map(map: &SlamMap, settings: &Settings) -> Result<(SlamMap, Vec<Damage>)> {
     if matches!(settings.kind, Kind::Blind | Kind::Drop) {
-        let message = format!("found {}, expected kick, slip or drift: a map has no raw scans", settings.kind);
+        let message =
+            format!("found {}, expected kick, slip or drift: a map has no raw scans", settings.kind);
         return Err(Error::input("kind", message));
     }
     if !map.human_factors.is_empty() {

@@ -1,12 +1,13 @@
 //! A simulated person who looks at the map as it stands and draws the strokes that repair it, from a reference.
 //!
 //! A person knows which pieces of wall are one and the same (the reference: a true trajectory, or hand-checked relations),
-//! and sees on the map that they are apart. Of all that is visibly apart, the pair is taken that the map's own chain explains
-//! least: the squared disagreement over what the chain's covariance allows between the two looks. So a torn step is mended
-//! where it is torn, a slip across its whole length, and drift where a loop closes. The person draws along the two pieces
-//! with some noise per coordinate, now and then on the wrong wall, and says colocation where both looks show the same corner,
-//! collinear on a plain wall, parallel where they share no wall. What the chain plainly excludes (more than
-//! `INSIST_SIGMAS`) is insisted on: such a correction gets the weight `INSISTING`, or least squares would believe the chain.
+//! and sees on the map that they are apart. First come faults: what is farther apart than the map's own chain can explain, most
+//! surprising first (the squared disagreement over what the chain's covariance allows between the two looks). So a torn step is
+//! mended where it is torn, and a slip across its whole length. Such a correction is insisted on, with the weight `INSISTING`:
+//! least squares would believe the chain. Then comes drift, what is farthest apart first. The person draws along the
+//! two pieces with some noise per coordinate, now and then on the wrong wall, and says colocation where both looks show the
+//! same corner, collinear on a plain wall, parallel where they share no wall. Pieces that are turned by nearly 90° or more
+//! wait until another stroke has brought them nearer: a line has no direction, the tool would turn them the short way.
 //!
 //! [`repair`] is the person at work: look, draw, let the map heal, look again, until nothing is visibly apart or the budget is
 //! spent. The number of strokes is the human effort.
@@ -23,16 +24,18 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 pub use reference::Reference;
 
 use crate::error::{Error, Result};
-use crate::geometry::{Segment, Vec2};
+use crate::geometry::{Segment, Vec2, angle_diff};
 use crate::map::{Correction, Mode, SlamMap, Stroke};
 use crate::pipeline::{CorrectionReport, Corrector};
 use chain::Chain;
 use sights::{Look, Sight, line_angle};
 
 /// A disagreement of more than this many standard deviations of the chain is not drift but a fault.
-const INSIST_SIGMAS: f64 = 7.0;
+const FAULT_SIGMAS: f64 = 7.0;
 /// Weight of a correction that is insisted on.
 const INSISTING: f64 = 1e3;
+/// Pieces turned by more than this would be turned the wrong way, radians (80°).
+const FARTHEST_TURN_RAD: f64 = 1.4;
 
 /// How the person draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,6 +94,8 @@ pub struct Drawn {
 pub struct Person {
     settings: Settings,
     sights: Vec<Sight>,
+    /// How well the reference knows where two looks lie: metres, radians.
+    known: (f64, f64),
     drawn: Vec<bool>,
     random: ChaCha8Rng,
     strokes: usize,
@@ -109,6 +114,7 @@ impl Person {
             pairs.into_iter().flat_map(|(pair, i_from_j)| pieces.sights(pair, i_from_j)).collect();
         Ok(Person {
             settings: *settings,
+            known: reference.sigmas(),
             drawn: vec![false; sights.len()],
             sights,
             random: ChaCha8Rng::seed_from_u64(settings.seed),
@@ -120,14 +126,17 @@ impl Person {
     /// that the person got to know; only where they are may have changed.
     pub fn look(&mut self, map: &SlamMap) -> Option<Drawn> {
         let chain = Chain::new(map);
-        let mut worst: Option<(f64, f64, usize)> = None;
+        let mut worst: Option<(bool, f64, f64, usize)> = None;
         for (k, sight) in self.sights.iter().enumerate().filter(|(k, _)| !self.drawn[*k]) {
-            let (apart_m, surprise) = disagreement(sight, map, &chain, self.settings.drawing_noise_m);
-            if apart_m >= self.settings.visible_m && worst.is_none_or(|(most, ..)| surprise > most) {
-                worst = Some((surprise, apart_m, k));
+            let Some((apart_m, surprise)) = disagreement(sight, map, &chain, self.known) else { continue };
+            let is_fault = surprise > FAULT_SIGMAS * FAULT_SIGMAS;
+            let rank = if is_fault { surprise } else { apart_m };
+            let is_worse = worst.is_none_or(|(fault, most, ..)| (is_fault, rank) > (fault, most));
+            if apart_m >= self.settings.visible_m && is_worse {
+                worst = Some((is_fault, rank, apart_m, k));
             }
         }
-        let (surprise, apart_m, k) = worst?;
+        let (is_fault, _, apart_m, k) = worst?;
         let sight = self.sights[k];
         let share: f64 = StandardUniform.sample(&mut self.random);
         let wrong = sight.wrong_b.filter(|_| share < self.settings.wrong);
@@ -139,7 +148,7 @@ impl Person {
             mode: sight.mode,
             a: self.draw(sight.a),
             b: self.draw(wrong.unwrap_or(sight.b)),
-            weight: if surprise > INSIST_SIGMAS * INSIST_SIGMAS { INSISTING } else { 1.0 },
+            weight: if is_fault { INSISTING } else { 1.0 },
             enabled: true,
         };
         Some(Drawn { correction, is_wrong: wrong.is_some(), apart_m })
@@ -147,18 +156,21 @@ impl Person {
 
     fn draw(&mut self, look: Look) -> Stroke {
         let points = look.ends.map(|end| {
-            let noise = Vec2::new(
-                StandardNormal.sample(&mut self.random),
-                StandardNormal.sample(&mut self.random),
-            );
+            let noise =
+                Vec2::new(StandardNormal.sample(&mut self.random), StandardNormal.sample(&mut self.random));
             end + noise * self.settings.drawing_noise_m
         });
         Stroke::Pose { pose: look.pose, points }
     }
 }
 
-/// How far two looks at one wall are apart on the map, metres, and the square of that in the chain's own standard deviations.
-fn disagreement(sight: &Sight, map: &SlamMap, chain: &Chain, noise_m: f64) -> (f64, f64) {
+/// How far two looks at one wall are apart on the map, metres, and the square of that in standard deviations: the chain's own and
+/// those of what is `known` (metres, radians). `None`: turned too far.
+fn disagreement(sight: &Sight, map: &SlamMap, chain: &Chain, known: (f64, f64)) -> Option<(f64, f64)> {
+    let [i, j] = [sight.a.pose, sight.b.pose].map(|pose| map.poses[pose].theta_rad);
+    if angle_diff(angle_diff(j, i), sight.heading_rad).abs() > FARTHEST_TURN_RAD {
+        return None;
+    }
     let place = |look: &Look| look.ends.map(|p| map.poses[look.pose].transform_point(p));
     let (a, b) = (place(&sight.a), place(&sight.b));
     let [line_a, line_b] = [a, b].map(|[p, q]| Segment::from_ends(p, q));
@@ -176,12 +188,9 @@ fn disagreement(sight: &Sight, map: &SlamMap, chain: &Chain, noise_m: f64) -> (f
         Mode::Parallel | Mode::Perpendicular => (0.0, turn_rad.sin().abs() * line_b.half_length_m),
     };
     let (position, heading) = chain.variances(sight.a.pose, sight.b.pose, line_b.centre);
-    // What the drawing itself leaves open.
-    let drawn_m = noise_m.max(0.01);
-    let drawn_rad = drawn_m / line_a.half_length_m.min(line_b.half_length_m);
-    let surprise = offset_m.powi(2) / (position + drawn_m.powi(2))
-        + turn_rad.powi(2) / (heading + drawn_rad.powi(2));
-    (apart_m, surprise)
+    let surprise =
+        offset_m.powi(2) / (position + known.0.powi(2)) + turn_rad.powi(2) / (heading + known.1.powi(2));
+    Some((apart_m, surprise))
 }
 
 /// The person at work on a map: what was drawn, and what became of it.

@@ -33,6 +33,8 @@ pub(super) struct Sight {
     pub mode: Mode,
     pub a: Look,
     pub b: Look,
+    /// How pose b is truly turned against pose a, radians.
+    pub heading_rad: f64,
     /// A piece near `b`, seen from the same pose, that is another wall.
     pub wrong_b: Option<Look>,
 }
@@ -57,7 +59,7 @@ impl<'a> Pieces<'a> {
     /// What poses i and j show of the same wall: at most one sight of each mode, the longest; a parallel one only where
     /// they share no wall.
     pub fn sights(&mut self, (i, j): (usize, usize), i_from_j: Pose2) -> Vec<Sight> {
-        let (of_i, of_j) = (self.of(i), self.of(j));
+        let (of_i, of_j, heading_rad) = (self.of(i), self.of(j), i_from_j.theta_rad);
         let mut best: [Option<(f64, Sight)>; 2] = [None; 2];
         for a in &of_i {
             for b in &of_j {
@@ -68,7 +70,7 @@ impl<'a> Pieces<'a> {
                     let nearest = wrong.min_by(|v, w| gap_m(b, v).total_cmp(&gap_m(b, w)));
                     let wrong_b = nearest.map(|w| Look { pose: j, ends: w.ends() });
                     let (a, b) = (Look { pose: i, ends: ends[0] }, Look { pose: j, ends: ends[1] });
-                    *slot = Some((length_m, Sight { mode, a, b, wrong_b }));
+                    *slot = Some((length_m, Sight { mode, a, b, heading_rad, wrong_b }));
                 }
             }
         }
@@ -77,12 +79,12 @@ impl<'a> Pieces<'a> {
             return found;
         }
         let (Some(a), Some(b)) = (of_i.first(), of_j.first()) else { return found };
-        let turn_rad = a.direction_rad - (b.direction_rad + i_from_j.theta_rad);
+        let turn_rad = a.direction_rad - (b.direction_rad + heading_rad);
         if line_angle(turn_rad).abs() > PARALLEL_RAD {
             return found;
         }
         let (a, b) = (Look { pose: i, ends: a.ends() }, Look { pose: j, ends: b.ends() });
-        vec![Sight { mode: Mode::Parallel, a, b, wrong_b: None }]
+        vec![Sight { mode: Mode::Parallel, a, b, heading_rad, wrong_b: None }]
     }
 }
 
@@ -103,8 +105,8 @@ fn common(a: &Segment, b_in_j: &Segment, i_from_j: Pose2) -> Option<(Mode, f64, 
     if !same_side || to_m - from_m < SHORTEST_M || apart_m > SAME_WALL.1 {
         return None;
     }
-    let shared_corner = (low.0 + a.half_length_m).abs() <= SAME_END_M
-        || (high.0 - a.half_length_m).abs() <= SAME_END_M;
+    let shared_corner =
+        (low.0 + a.half_length_m).abs() <= SAME_END_M || (high.0 - a.half_length_m).abs() <= SAME_END_M;
     let mode = if shared_corner { Mode::Colocation } else { Mode::Collinear };
     let on_a = [from_m, to_m].map(|along_m| a.centre + a.direction() * along_m);
     let j_from_i = i_from_j.inverse();
