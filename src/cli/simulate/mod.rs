@@ -10,6 +10,7 @@ use hitl_slam::simulate::{self, Scenario, Settings};
 
 mod damage;
 mod person;
+mod plan;
 
 use super::{Outcome, out};
 
@@ -25,7 +26,10 @@ use super::{Outcome, out};
     subcommand_negates_reqs = true,
     disable_help_subcommand = true
 )]
-#[command(subcommand_help_heading = "Real data", subcommand_value_name = "damage|person")]
+#[command(
+    subcommand_help_heading = "Real data, buildings, people",
+    subcommand_value_name = "damage|person|plan"
+)]
 pub struct Args {
     #[command(subcommand)]
     other: Option<Other>,
@@ -37,6 +41,7 @@ pub struct Args {
 enum Other {
     Damage(damage::Args),
     Person(person::Args),
+    Plan(plan::Args),
 }
 
 /// A scenario's run.
@@ -76,6 +81,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
     match (&args.other, &args.run) {
         (Some(Other::Damage(args)), _) => damage::run(args),
         (Some(Other::Person(args)), _) => person::run(args),
+        (Some(Other::Plan(args)), _) => plan::run(args),
         (None, Some(args)) => scenario(args),
         (None, None) => Err(Error::input("<SCENARIO>", "found nothing, expected the name of a scenario")),
     }
