@@ -8,6 +8,8 @@ mod support;
 mod building;
 /// The `hitl` command as a user meets it: every command, every refusal, the standard streams.
 mod cli;
+/// Real logs and maps made bad.
+mod damage;
 /// Readers and writers: round trips, exact messages, every prefix of every format, the real logs.
 mod formats;
 /// From a raw log to a map.
@@ -26,6 +28,8 @@ mod metrics;
 mod paper_numbers;
 /// FootSLAM, FeetSLAM and what belongs to them.
 mod pedestrian;
+/// The simulated person.
+mod person;
 /// The whole pipeline on simulated maps.
 mod pipeline;
 /// Pictures: what is drawn where, and the same bytes every time.
