@@ -212,7 +212,7 @@ fn what_cannot_be_damaged_is_refused() {
         assert_eq!(text, format!("kind: found {kind}, expected kick, slip or drift: a map has no raw scans"));
     }
     let mut short = aces().clone();
-    short.scans.truncate(50);
+    short.scans = short.scans[1000..1050].to_vec();
     for kind in [Kind::Slip, Kind::Blind, Kind::Drop] {
         assert!(message(damage::log(&short, &settings(kind, 1))).contains("found room for 0 of 1 damages"));
     }

@@ -10,6 +10,7 @@ mod baseline;
 mod big;
 mod child;
 mod crosscheck;
+mod effort;
 mod figures;
 mod formulations;
 mod graphs;
@@ -32,7 +33,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 16] = [
+const SECTIONS: [(&str, Measure); 17] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -41,6 +42,7 @@ const SECTIONS: [(&str, Measure); 16] = [
     ("weights", weights::section),
     ("aces", aces::section),
     ("scan-match", scan_match::section),
+    ("effort", effort::section),
     ("crosscheck", crosscheck::section),
     ("backends", backends::section),
     ("paper", formulations::section),

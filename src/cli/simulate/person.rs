@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
 }
 
 fn line(drawn: &Drawn, report: &CorrectionReport) -> String {
-    let Drawn { correction: c, is_wrong, apart_m } = drawn;
+    let Drawn { correction: c, is_wrong, apart_m, .. } = drawn;
     let wrong = if *is_wrong { ", on the wrong wall" } else { "" };
     let insists = if c.weight > 1.0 { format!(", weight {}", c.weight) } else { String::new() };
     let end = report.rejection.as_ref().map_or(String::new(), |reason| format!(", rejected: {reason}"));

@@ -9,8 +9,9 @@
 //! same corner, collinear on a plain wall, parallel where they share no wall. Pieces that are turned by nearly 90° or more
 //! wait until another stroke has brought them nearer: a line has no direction, the tool would turn them the short way.
 //!
-//! [`repair`] is the person at work: look, draw, let the map heal, look again, until nothing is visibly apart or the budget is
-//! spent. The number of strokes is the human effort.
+//! [`repair`] is the person at work: look, draw, see what the strokes catch, let the map heal, look again, until nothing is
+//! visibly apart or the budget is spent. Strokes that catch something else than was meant (walls cross where a map is torn)
+//! are drawn elsewhere instead: the preview is free. The number of corrections is the human effort.
 
 mod chain;
 mod pieces;
@@ -26,7 +27,7 @@ pub use reference::Reference;
 use crate::error::{Error, Result};
 use crate::geometry::{Segment, Vec2, angle_diff};
 use crate::map::{Correction, Mode, SlamMap, Stroke};
-use crate::pipeline::{CorrectionReport, Corrector};
+use crate::pipeline::{self, CorrectionReport, Corrector};
 use chain::Chain;
 use sights::{Look, Sight, line_angle};
 
@@ -36,6 +37,12 @@ const FAULT_SIGMAS: f64 = 7.0;
 const INSISTING: f64 = 1e3;
 /// Pieces turned by more than this would be turned the wrong way, radians (80°).
 const FARTHEST_TURN_RAD: f64 = 1.4;
+/// A stroke was understood if it was snapped no farther than this: metres, radians.
+const SNAPPED: (f64, f64) = (0.15, 0.2);
+/// … and caught the pose that it was drawn from, or one so near in the chain.
+const NEAR_POSES: usize = 2;
+/// … and, where the chain is torn, no more than this share of poses from the other side of the tear.
+const STRAY: f64 = 0.1;
 
 /// How the person draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,6 +94,34 @@ pub struct Drawn {
     pub is_wrong: bool,
     /// How far the two pieces were apart on the map, metres.
     pub apart_m: f64,
+    /// Index of what was drawn among the person's sights.
+    sight: usize,
+}
+
+impl Drawn {
+    /// True if the tool takes both strokes for the walls that they were drawn on.
+    fn is_understood(&self, preview: &CorrectionReport) -> bool {
+        let (Stroke::Pose { pose: i, .. }, Stroke::Pose { pose: j, .. }) =
+            (self.correction.a, self.correction.b)
+        else {
+            return false;
+        };
+        let is_torn = self.correction.weight > 1.0;
+        let meant = |stroke: &pipeline::Stroke, own: usize, other: usize| {
+            let Some(caught) = &stroke.caught else { return false };
+            let drawn = Segment::from_ends(stroke.drawn[0], stroke.drawn[1]);
+            let turn_rad = line_angle(caught.fit.segment.direction_rad - drawn.direction_rad);
+            let across_m = caught.fit.segment.along_across(drawn.centre).1;
+            let beyond = |pose: usize| if own < other { pose >= other } else { pose <= other };
+            let stray = caught.poses.iter().filter(|p| beyond(p.0)).count() as f64;
+            across_m.abs() <= SNAPPED.0
+                && turn_rad.abs() <= SNAPPED.1
+                && caught.poses.iter().any(|p| p.0.abs_diff(own) <= NEAR_POSES)
+                && (!is_torn || stray <= STRAY * caught.poses.len() as f64)
+        };
+        let [a, b] = &preview.strokes[..] else { return false };
+        meant(a, i, j) && meant(b, j, i)
+    }
 }
 
 /// Someone who knows the building.
@@ -97,6 +132,8 @@ pub struct Person {
     /// How well the reference knows where two looks lie: metres, radians.
     known: (f64, f64),
     drawn: Vec<bool>,
+    /// Sights whose strokes would catch something else on the map as it stands.
+    unclear: Vec<usize>,
     random: ChaCha8Rng,
     strokes: usize,
 }
@@ -116,6 +153,7 @@ impl Person {
             settings: *settings,
             known: reference.sigmas(),
             drawn: vec![false; sights.len()],
+            unclear: Vec::new(),
             sights,
             random: ChaCha8Rng::seed_from_u64(settings.seed),
             strokes: 0,
@@ -127,7 +165,10 @@ impl Person {
     pub fn look(&mut self, map: &SlamMap) -> Option<Drawn> {
         let chain = Chain::new(map);
         let mut worst: Option<(bool, f64, f64, usize)> = None;
-        for (k, sight) in self.sights.iter().enumerate().filter(|(k, _)| !self.drawn[*k]) {
+        for (k, sight) in self.sights.iter().enumerate() {
+            if self.drawn[k] || self.unclear.contains(&k) {
+                continue;
+            }
             let Some((apart_m, surprise)) = disagreement(sight, map, &chain, self.known) else { continue };
             let is_fault = surprise > FAULT_SIGMAS * FAULT_SIGMAS;
             let rank = if is_fault { surprise } else { apart_m };
@@ -140,18 +181,27 @@ impl Person {
         let sight = self.sights[k];
         let share: f64 = StandardUniform.sample(&mut self.random);
         let wrong = sight.wrong_b.filter(|_| share < self.settings.wrong);
-        // Who has drawn on the wrong wall still sees the right one.
-        self.drawn[k] = wrong.is_none();
-        self.strokes += 1;
         let correction = Correction {
-            id: format!("p{}", self.strokes),
+            id: format!("p{}", self.strokes + 1),
             mode: sight.mode,
             a: self.draw(sight.a),
             b: self.draw(wrong.unwrap_or(sight.b)),
             weight: if is_fault { INSISTING } else { 1.0 },
             enabled: true,
         };
-        Some(Drawn { correction, is_wrong: wrong.is_some(), apart_m })
+        Some(Drawn { correction, is_wrong: wrong.is_some(), apart_m, sight: k })
+    }
+
+    /// Keeps in mind what became of a drawing: on the map (the right wall needs no second stroke, and the map has changed),
+    /// or not drawn after all because it would have caught something else.
+    fn remember(&mut self, drawn: &Drawn, on_the_map: bool) {
+        if on_the_map {
+            self.unclear.clear();
+            self.drawn[drawn.sight] = !drawn.is_wrong;
+            self.strokes += 1;
+        } else {
+            self.unclear.push(drawn.sight);
+        }
     }
 
     fn draw(&mut self, look: Look) -> Stroke {
@@ -205,6 +255,11 @@ pub fn repair(
     let mut done = Vec::new();
     while done.len() < strokes {
         let Some(drawn) = person.look(corrector.map()) else { break };
+        let is_understood = drawn.is_understood(&corrector.preview(&drawn.correction)?);
+        person.remember(&drawn, is_understood);
+        if !is_understood {
+            continue;
+        }
         let report = corrector.apply(&drawn.correction)?;
         done.push((drawn, report));
     }
