@@ -103,6 +103,21 @@ fn right_strokes_lie_on_one_wall_and_wrong_ones_on_two() {
 }
 
 #[test]
+fn exactly_the_strokes_that_are_told_to_be_wrong_are() {
+    let s = simulated(Scenario::Campus, 2, 1.0);
+    let truth = truth_of(&s);
+    let mut person =
+        Person::new(&s.map, Reference::Truth(&truth), &Settings::default()).expect("a reference");
+    let mut corrector = Corrector::new(s.map.clone(), Options::default()).expect("a map");
+    for k in 0..4 {
+        person.set_wrong(f64::from(k % 2)).expect("a probability");
+        let done = person::repair(&mut corrector, &mut person, 1).expect("a repair");
+        assert_eq!(done[0].0.is_wrong, k % 2 == 1, "{:?}", done[0].0);
+    }
+    assert!(message(person.set_wrong(-0.1)).contains("probability of a wrong wall: found -0.1"));
+}
+
+#[test]
 fn strokes_have_the_noise_that_was_asked_for_and_follow_from_the_seed() {
     let s = simulated(Scenario::Loop, 1, 1.0);
     let truth = truth_of(&s);

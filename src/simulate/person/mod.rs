@@ -160,6 +160,17 @@ impl Person {
         })
     }
 
+    /// From now on stroke b lies on the wrong wall with this probability: 0 and 1 choose which strokes are wrong.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if it is not within 0..=1.
+    pub fn set_wrong(&mut self, wrong: f64) -> Result<()> {
+        let settings = Settings { wrong, ..self.settings };
+        settings.validate()?;
+        self.settings = settings;
+        Ok(())
+    }
+
     /// What the person would draw on the map as it stands; `None`: nothing is visibly apart. The map has the poses and points
     /// that the person got to know; only where they are may have changed.
     pub fn look(&mut self, map: &SlamMap) -> Option<Drawn> {
