@@ -36,6 +36,8 @@ mod pipeline;
 mod render;
 /// Scan matching: its parts and the chain it makes of a real log.
 mod scan_match;
+/// What single scenarios claim of themselves.
+mod scenarios;
 /// Simulated worlds against their own claims.
 mod simulate;
 /// Each stage of the pipeline by itself.

@@ -141,22 +141,27 @@ fn wrong_walls(section: &mut Section) -> Result<()> {
         let right: Vec<_> = drawn.iter().filter(|d| !d.is_wrong).map(|d| d.correction.clone()).collect();
         let (without, _) = runs::corrected(&chain, &right, Options::default())?;
         let wrong = (drawn.len() - right.len()) as f64;
-        Ok((relation_error_m(corrector.map(), &relations), relation_error_m(&without, &relations), wrong))
+        let corrections: Vec<_> = drawn.iter().map(|d| d.correction.clone()).collect();
+        let mut judge = Corrector::new(chain.clone(), Options::default())?;
+        let agreement = judge.apply_agreeing(&corrections, false, &|_| ())?;
+        let is_named = agreement.set_aside.iter().any(|(k, _)| drawn[*k].is_wrong);
+        let falsely = agreement.set_aside.iter().filter(|(k, _)| !drawn[*k].is_wrong).count() as f64;
+        let errors_m = [corrector.map(), &without, judge.map()].map(|map| relation_error_m(map, &relations));
+        Ok((errors_m, [wrong, f64::from(is_named), falsely]))
     })?;
-    let [with, without, wrong] = [
-        Sample::of(results.iter().map(|r| r.0)),
-        Sample::of(results.iter().map(|r| r.1)),
-        Sample::of(results.iter().map(|r| r.2)),
-    ];
+    let [with, without, judged] = [0, 1, 2].map(|k| Sample::of(results.iter().map(|r| r.0[k])));
+    let [wrong, named, falsely] = [0, 1, 2].map(|k| results.iter().map(|r| r.1[k]).sum::<f64>());
     let _ = write!(
         section.body,
-        "**One of five strokes on the wrong wall** (a parallel one within sight; in {:.0} of {SEEDS} runs there was one), ACES, the others as above: \
-         {} m (worst {:.3}) with it, {} m ({:.3}) once it is taken out.\n\n",
-        wrong.0.iter().sum::<f64>(),
+        "**One of five strokes on the wrong wall** (a parallel one within sight; in {wrong:.0} of {SEEDS} runs there was one), ACES, the others as above: \
+         {} m (worst {:.3}) with it, {} m ({:.3}) once it is taken out by someone who knows. `hitl correct` sets it aside in {named:.0} of {wrong:.0} \
+         runs, and {falsely:.0} right strokes in all of them: {} m ({:.3}).\n\n",
         with.with_interval(3),
         with.largest(),
         without.with_interval(3),
-        without.largest()
+        without.largest(),
+        judged.with_interval(3),
+        judged.largest()
     );
     Ok(())
 }

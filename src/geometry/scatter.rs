@@ -36,6 +36,17 @@ impl Scatter {
     }
 }
 
+impl Scatter {
+    /// Σ (distance to the best line)², m²: the smaller eigenvalue of the scatter.
+    pub fn across_squared(&self) -> f64 {
+        let [xx, xy, yy] = self.second_moments();
+        // The larger eigenvalue and the determinant, which the root gives without cancellation.
+        let larger = (xx + yy) / 2.0 + ((xx - yy) / 2.0).hypot(xy);
+        let determinant = (self.root[0] * self.root[2]).powi(2);
+        if larger > 0.0 { determinant / larger } else { 0.0 }
+    }
+}
+
 /// Direction of the principal axis of a scatter (xx, xy, yy), radians in (−π/2, π/2].
 pub fn principal_direction([xx, xy, yy]: [f64; 3]) -> f64 {
     0.5 * (2.0 * xy).atan2(xx - yy)

@@ -1,7 +1,7 @@
 //! What a correction leaves in the map for ever: h = ⟨P_a, P_b, S_a, S_b, X_a, X_b, m⟩ (Definition 1 of the paper).
 
 use super::Mode;
-use crate::geometry::Segment;
+use crate::geometry::{Segment, wrap_angle};
 
 /// A human correction factor.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +42,25 @@ pub struct Sighting {
     pub tied: bool,
     /// Direction of the segment seen from the robot: `direction − heading`, radians in (−π, π].
     pub bearing_rad: f64,
+}
+
+impl HumanFactor {
+    /// Distance that the mode wants to be zero, metres; `None` if it wants none.
+    pub fn offset_m(&self) -> Option<f64> {
+        let d = self.b.segment.centre - self.a.segment.centre;
+        match self.mode {
+            Mode::Colocation => Some(d.norm()),
+            Mode::Collinear => Some(self.a.segment.normal().dot(&d).abs()),
+            Mode::Parallel | Mode::Perpendicular => None,
+        }
+    }
+
+    /// Angle that the mode wants to be zero, radians, ≥ 0.
+    pub fn angle_rad(&self) -> f64 {
+        let wanted = if self.mode == Mode::Perpendicular { std::f64::consts::FRAC_PI_2 } else { 0.0 };
+        let turn = self.b.segment.direction_rad - self.a.segment.direction_rad;
+        (wrap_angle(2.0 * (turn - wanted)) / 2.0).abs()
+    }
 }
 
 impl Feature {

@@ -3,9 +3,13 @@
 //! [`crate::interpret`] (EM, then order) → [`crate::explicit`] → [`crate::copslam`] → [`crate::joint`].
 //! A correction that cannot be applied is rejected with its reason and leaves the map as it was.
 
+mod agreeing;
 mod report;
+mod state;
 
+pub use agreeing::Agreement;
 pub use report::{CorrectionReport, Stroke, Timings};
+pub use state::State;
 
 use std::time::Instant;
 

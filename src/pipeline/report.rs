@@ -1,6 +1,6 @@
 //! What one correction did, as data.
 
-use crate::geometry::{Vec2, wrap_angle};
+use crate::geometry::Vec2;
 use crate::interpret::Caught;
 use crate::map::{Correction, HumanFactor, Mode};
 use crate::solver;
@@ -99,34 +99,17 @@ impl CorrectionReport {
     }
 
     pub(super) fn before(&mut self, factor: &HumanFactor) {
-        self.offset_m[0] = offset_m(factor);
-        self.angle_rad[0] = Some(angle_rad(factor));
+        self.offset_m[0] = factor.offset_m();
+        self.angle_rad[0] = Some(factor.angle_rad());
     }
 
     pub(super) fn after(&mut self, factor: &HumanFactor, chi2: f64) {
-        self.offset_m[1] = offset_m(factor);
-        self.angle_rad[1] = Some(angle_rad(factor));
+        self.offset_m[1] = factor.offset_m();
+        self.angle_rad[1] = Some(factor.angle_rad());
         self.chi2 = Some(chi2);
     }
 
     pub(super) fn solved(&mut self, solve: &solver::Report) {
         self.solve = Some(solve.clone());
     }
-}
-
-/// Distance that a factor's mode wants to be zero, metres.
-pub fn offset_m(factor: &HumanFactor) -> Option<f64> {
-    let d = factor.b.segment.centre - factor.a.segment.centre;
-    match factor.mode {
-        Mode::Colocation => Some(d.norm()),
-        Mode::Collinear => Some(factor.a.segment.normal().dot(&d).abs()),
-        Mode::Parallel | Mode::Perpendicular => None,
-    }
-}
-
-/// Angle that a factor's mode wants to be zero, radians, ≥ 0.
-pub fn angle_rad(factor: &HumanFactor) -> f64 {
-    let wanted = if factor.mode == Mode::Perpendicular { std::f64::consts::FRAC_PI_2 } else { 0.0 };
-    let turn = factor.b.segment.direction_rad - factor.a.segment.direction_rad;
-    (wrap_angle(2.0 * (turn - wanted)) / 2.0).abs()
 }

@@ -1,6 +1,7 @@
 //! The whole pipeline on simulated maps with truth, and what the released implementation of the paper gets wrong.
 
 mod accuracy;
+mod contradictions;
 mod faults;
 mod invariance;
 mod rejection;

@@ -1,6 +1,7 @@
 //! `hitl correct`: the main job, in batch.
 
 mod batch;
+mod contradictions;
 mod pictures;
 mod report;
 mod table;
@@ -11,7 +12,7 @@ use std::time::Instant;
 use hitl_slam::error::{Error, Result};
 use hitl_slam::joint::Backend;
 use hitl_slam::map::{Correction, SlamMap};
-use hitl_slam::pipeline::{CorrectionReport, Corrector, Options};
+use hitl_slam::pipeline::{Agreement, CorrectionReport, Corrector, Options};
 use hitl_slam::{interpret, io};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -54,6 +55,10 @@ pub struct Args {
     #[arg(long)]
     no_reassociate: bool,
 
+    /// Also keep corrections that contradict the rest. Otherwise they are named, and the map is corrected without them.
+    #[arg(long)]
+    keep_contradictions: bool,
+
     /// Corrected trajectory (TUM text), one line per scan of the log.
     #[arg(long, value_name = "T.tum")]
     trajectory: Option<PathBuf>,
@@ -84,6 +89,7 @@ pub struct Args {
 struct Corrected {
     corrector: Corrector,
     reports: Reports,
+    contradictions: Vec<contradictions::Entry>,
     /// The map as it was, if pictures are wanted.
     before: Option<SlamMap>,
     total_ms: f64,
@@ -103,13 +109,16 @@ fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<
     let before = args.pictures.is_some().then(|| map.clone());
     let start = Instant::now();
     let mut corrector = Corrector::new(map, options)?;
-    let reports = if args.interpret_only {
-        interpret_all(&corrector, &corrections)?
+    let (reports, contradictions) = if args.interpret_only {
+        (interpret_all(&corrector, &corrections)?, Vec::new())
     } else {
-        apply_all(&mut corrector, &corrections, args.input.is_dir())?
+        let (keep, is_quiet) = (args.keep_contradictions, args.input.is_dir());
+        let mut agreement = apply_all(&mut corrector, &corrections, keep, is_quiet)?;
+        let contradictions = contradictions::entries(&mut agreement);
+        (agreement.reports, contradictions)
     };
     let total_ms = start.elapsed().as_secs_f64() * 1e3;
-    Ok(Corrected { corrector, reports, before, total_ms })
+    Ok(Corrected { corrector, reports, contradictions, before, total_ms })
 }
 
 /// Runs the command.
@@ -128,9 +137,9 @@ pub fn run(args: &Args) -> Result<Outcome> {
         at_least_one("--jobs", args.jobs.unwrap_or(1))?;
         return batch::run(args, options);
     }
-    let Corrected { corrector, reports, before, total_ms } =
+    let Corrected { corrector, reports, contradictions, before, total_ms } =
         one(args, options, &args.input, &args.corrections)?;
-    let json = report::Report::new(&corrector, &args.tunables, &reports, total_ms);
+    let json = report::Report::new(&corrector, &args.tunables, &reports, contradictions, total_ms);
     let map = corrector.into_map();
     write_outputs(args, &map, before.as_ref(), &reports)?;
     if !super::report::is_on_stdout(args.report.as_deref()) {
@@ -181,18 +190,22 @@ fn check_outputs(args: &Args) -> Result<()> {
 /// One report per correction, in order.
 type Reports = Vec<CorrectionReport>;
 
-fn apply_all(corrector: &mut Corrector, corrections: &[Correction], is_quiet: bool) -> Result<Reports> {
+fn apply_all(
+    corrector: &mut Corrector,
+    corrections: &[Correction],
+    keep: bool,
+    is_quiet: bool,
+) -> Result<Agreement> {
     let style = ProgressStyle::with_template("correcting {bar:30} {pos}/{len} {msg}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = if is_quiet { ProgressBar::hidden() } else { ProgressBar::new(corrections.len() as u64) };
     let bar = bar.with_style(style);
-    let mut reports = Vec::with_capacity(corrections.len());
-    for correction in corrections {
+    let agreement = corrector.apply_agreeing(corrections, keep, &|correction| {
         bar.set_message(correction.id.clone());
-        reports.push(corrector.apply(correction)?);
-        bar.inc(1);
-    }
+        bar.set_position((bar.position() + 1).min(corrections.len() as u64));
+    })?;
     bar.finish_and_clear();
+    let reports = &agreement.reports;
     let mut warnings: Vec<String> = Vec::new();
     for warning in reports.iter().filter_map(|r| r.solve.as_ref()).flat_map(|s| &s.warnings) {
         if !warnings.contains(warning) {
@@ -200,7 +213,7 @@ fn apply_all(corrector: &mut Corrector, corrections: &[Correction], is_quiet: bo
         }
     }
     load::remark(&warnings);
-    Ok(reports)
+    Ok(agreement)
 }
 
 fn interpret_all(corrector: &Corrector, corrections: &[Correction]) -> Result<Reports> {

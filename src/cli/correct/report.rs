@@ -4,6 +4,7 @@ use hitl_slam::map::Mode;
 use hitl_slam::pipeline::{self, CorrectionReport, Corrector};
 use serde::Serialize;
 
+use super::contradictions;
 use crate::cli::report::peak_rss_mb;
 use crate::cli::tunables::Tunables;
 
@@ -17,6 +18,7 @@ pub struct Report {
     pub poses: usize,
     pub observations: usize,
     pub corrections: Vec<Entry>,
+    pub contradictions: Vec<contradictions::Entry>,
     automatic_factors: Vec<()>,
     reassociate_ms: f64,
     pub total_ms: f64,
@@ -83,6 +85,7 @@ impl Report {
         corrector: &Corrector,
         tunables: &Tunables,
         reports: &[CorrectionReport],
+        contradictions: Vec<contradictions::Entry>,
         total_ms: f64,
     ) -> Self {
         let map = corrector.map();
@@ -94,6 +97,7 @@ impl Report {
             poses: map.poses.len(),
             observations: map.observations.len(),
             corrections: reports.iter().map(entry).collect(),
+            contradictions,
             automatic_factors: Vec::new(),
             reassociate_ms: 0.0,
             total_ms,

@@ -17,6 +17,7 @@ pub fn text(report: &Report, interpret_only: bool) -> String {
         let (accepted, all) =
             (report.corrections.iter().filter(|c| c.accepted).count(), report.corrections.len());
         text.push_str(&format!("{accepted} of {all} corrections applied in {:.0} ms\n", report.total_ms));
+        report.contradictions.iter().for_each(|c| text.push_str(&c.text()));
     }
     text
 }
