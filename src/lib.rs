@@ -11,6 +11,7 @@
 
 #![deny(missing_docs, unsafe_code)]
 
+pub mod closures;
 pub mod contradictions;
 pub mod copslam;
 pub mod crosscheck;

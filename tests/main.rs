@@ -8,6 +8,8 @@ mod support;
 mod building;
 /// The `hitl` command as a user meets it: every command, every refusal, the standard streams.
 mod cli;
+/// Re-association.
+mod closures;
 /// Real logs and maps made bad.
 mod damage;
 /// Readers and writers: round trips, exact messages, every prefix of every format, the real logs.

@@ -124,7 +124,7 @@ fn the_search_finds_a_scan_half_a_metre_and_15_degrees_away() {
         heading_step_rad: 1_f64.to_radians(),
     };
     for off in [Pose2::new(0.4, -0.3, 0.26), Pose2::new(-0.5, 0.2, -0.26)] {
-        let coarse = search.best(&cloud.points, truth.compose(off), window);
+        let coarse = search.best(&cloud.points, truth.compose(off), window).pose;
         let error = truth.between(align(&map, &cloud, coarse, None, SCHEDULE).pose);
         assert!(error.translation().norm() < 0.03 && error.theta_rad.abs() < 0.01, "{off:?}: {error:?}");
     }

@@ -97,6 +97,7 @@ fn correct_big(scratch: &Scratch, section: &mut Section) -> Result<()> {
         "--trajectory",
         &trajectory,
         "--strict",
+        "--no-reassociate",
     ];
     let runs = (0..3).map(|_| child::hitl(&arguments)).collect::<Result<Vec<_>>>()?;
     let seconds = Sample::of(runs.iter().map(|r| r.seconds));
@@ -104,7 +105,7 @@ fn correct_big(scratch: &Scratch, section: &mut Section) -> Result<()> {
     let corrected = io::native::read(&scratch.path("out.npz"))?.value;
     section.body += &format!(
         "**{POSES} poses, {:.2} M points**: the way, the walls and the strokes of `campus` seed 1, driven again with {POSES} poses and \
-         a laser of more beams (`big.rs`). `hitl correct big.npz --corrections c.jsonl -o out.npz --trajectory t.tum --strict`, {} \
+         a laser of more beams (`big.rs`). `hitl correct big.npz --corrections c.jsonl -o out.npz --trajectory t.tum --strict --no-reassociate`, {} \
          corrections, {size_mb:.0} MB file, whole process: {} s. ATE {:.2} → {:.3} m. Peak memory (VmHWM) {peak_mb:.0} MB.\n\n",
         points / 1e6,
         s.corrections.len(),

@@ -9,6 +9,7 @@ mod backends;
 mod baseline;
 mod big;
 mod child;
+mod closures;
 mod crosscheck;
 mod effort;
 mod figures;
@@ -33,7 +34,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 17] = [
+const SECTIONS: [(&str, Measure); 18] = [
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -42,6 +43,7 @@ const SECTIONS: [(&str, Measure); 17] = [
     ("weights", weights::section),
     ("aces", aces::section),
     ("scan-match", scan_match::section),
+    ("closures", closures::section),
     ("effort", effort::section),
     ("crosscheck", crosscheck::section),
     ("backends", backends::section),

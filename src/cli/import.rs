@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hitl_slam::error::{Error, Result};
-use hitl_slam::front_end::{self, Chain};
+use hitl_slam::front_end::{self, Chain, Visits};
 use hitl_slam::io::{self, Source};
-use hitl_slam::map::RawLog;
+use hitl_slam::map::{RawLog, SlamMap};
+use hitl_slam::pipeline::Corrector;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Outcome, load, options::positive, out};
+use super::{Outcome, load, options::positive, out, reassociate, report};
 
 /// Turn a log or a graph into a map.
 ///
@@ -36,6 +37,17 @@ pub struct Args {
     /// Trajectory of another SLAM (TUM), matched by stamp; with --graph: the stamps of its vertices, in order.
     #[arg(long, value_name = "T.tum", conflicts_with = "front_end")]
     initial: Option<PathBuf>,
+
+    /// Match visits that come near each other, without any stroke: what fits closes a loop.
+    #[arg(long)]
+    close_loops: bool,
+
+    #[command(flatten)]
+    refused: reassociate::Refused,
+
+    /// Report of --close-loops (JSON): every automatic factor, and where visits pass each other unmatched; - prints it.
+    #[arg(long, value_name = "R.json", requires = "close_loops")]
+    report: Option<PathBuf>,
 
     #[command(flatten)]
     keyframes: Keyframes,
@@ -72,18 +84,55 @@ struct Keyframes {
     max_range_m: f64,
 }
 
+impl Keyframes {
+    /// The options of the front end that was chosen.
+    fn options(&self, chosen: Option<FrontEnd>) -> Result<front_end::Options> {
+        let defaults = match chosen {
+            Some(FrontEnd::ScanMatch) => front_end::Options::for_scan_matching(),
+            _ => front_end::Options::default(),
+        };
+        let keyframe_distance_m = self.keyframe_distance_m.unwrap_or(defaults.keyframe_distance_m);
+        let keyframe_angle_deg = self.keyframe_angle_deg.unwrap_or(defaults.keyframe_angle_rad.to_degrees());
+        positive("--keyframe-distance-m", keyframe_distance_m)?;
+        positive("--keyframe-angle-deg", keyframe_angle_deg)?;
+        positive("--max-range-m", self.max_range_m)?;
+        if !(self.min_range_m >= 0.0 && self.min_range_m < self.max_range_m) {
+            let message =
+                format!("found {}, expected a number from 0 to below --max-range-m", self.min_range_m);
+            return Err(Error::input("--min-range-m", message));
+        }
+        Ok(front_end::Options {
+            keyframe_distance_m,
+            keyframe_angle_rad: keyframe_angle_deg.to_radians(),
+            min_range_m: self.min_range_m,
+            max_range_m: self.max_range_m,
+            ..defaults
+        })
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<Outcome> {
     io::check_map_path(&args.output)?;
-    let map = match load::source(&args.log)? {
-        Source::Log(log) => from_log(&log, args)?,
-        Source::Map(map) if args.front_end.is_none() && args.graph.is_none() && args.initial.is_none() => map,
+    report::check(args.report.as_deref())?;
+    args.refused.options()?;
+    let (log, mut map) = match load::source(&args.log)? {
+        Source::Log(log) => {
+            let map = from_log(&log, args)?;
+            (Some(log), map)
+        }
+        Source::Map(map) if args.front_end.is_none() && args.graph.is_none() && args.initial.is_none() => {
+            (None, map)
+        }
         Source::Map(_) => {
             let message = "found a map, expected a log: --front-end, --graph and --initial need scans";
             return Err(Error::input(args.log.display(), message));
         }
         _ => return Err(Error::input(args.log.display(), "found a trajectory, expected a log or a map")),
     };
+    if args.close_loops {
+        map = closed(map, log.as_ref(), args)?;
+    }
     io::write_map(&args.output, &map)?;
     let line = format!(
         "{}: {} poses, {} points, {} relative factors, {} scans\n",
@@ -93,38 +142,18 @@ pub fn run(args: &Args) -> Result<Outcome> {
         map.relative_factors.len(),
         map.scans.len()
     );
-    out::print(&line)?;
+    if !report::is_on_stdout(args.report.as_deref()) {
+        out::print(&line)?;
+    }
     Ok(Outcome::Done)
 }
 
-fn from_log(log: &RawLog, args: &Args) -> Result<hitl_slam::map::SlamMap> {
-    let k = &args.keyframes;
-    let defaults = match args.front_end {
-        Some(FrontEnd::ScanMatch) => front_end::Options::for_scan_matching(),
-        _ => front_end::Options::default(),
-    };
-    let keyframe_distance_m = k.keyframe_distance_m.unwrap_or(defaults.keyframe_distance_m);
-    let keyframe_angle_deg = k.keyframe_angle_deg.unwrap_or(defaults.keyframe_angle_rad.to_degrees());
-    positive("--keyframe-distance-m", keyframe_distance_m)?;
-    positive("--keyframe-angle-deg", keyframe_angle_deg)?;
-    positive("--max-range-m", k.max_range_m)?;
-    if !(k.min_range_m >= 0.0 && k.min_range_m < k.max_range_m) {
-        let message = format!("found {}, expected a number from 0 to below --max-range-m", k.min_range_m);
-        return Err(Error::input("--min-range-m", message));
-    }
-    let options = front_end::Options {
-        keyframe_distance_m,
-        keyframe_angle_rad: keyframe_angle_deg.to_radians(),
-        min_range_m: k.min_range_m,
-        max_range_m: k.max_range_m,
-        ..defaults
-    };
+fn from_log(log: &RawLog, args: &Args) -> Result<SlamMap> {
+    let mut options = args.keyframes.options(args.front_end)?;
+    options.second_look = !args.close_loops;
     let initial = args.initial.as_deref().map(load::trajectory).transpose()?;
     let graph = args.graph.as_deref().map(load::graph).transpose()?;
-    let bar = ProgressBar::new(log.scans.len() as u64).with_style(
-        ProgressStyle::with_template("matching scans {bar:30} {pos}/{len}")
-            .unwrap_or_else(|_| ProgressStyle::default_bar()),
-    );
+    let bar = bar("matching scans", log);
     let progress = |done: usize| bar.set_position(done as u64);
     let chain = match (&graph, &initial, args.front_end) {
         (Some(graph), stamps, _) => Chain::Graph { graph, stamps: stamps.as_ref() },
@@ -136,4 +165,30 @@ fn from_log(log: &RawLog, args: &Args) -> Result<hitl_slam::map::SlamMap> {
     let map = load::map_of(log, chain, &options);
     bar.finish_and_clear();
     map
+}
+
+/// Loops closed without a stroke; then every scan of the log is matched to the walls as all visits saw them.
+fn closed(map: SlamMap, log: Option<&RawLog>, args: &Args) -> Result<SlamMap> {
+    let mut corrector = Corrector::new(map, Default::default())?;
+    let found = reassociate::run(&mut corrector, &args.refused.options()?, false)?;
+    let mut map = corrector.into_map();
+    if !report::is_on_stdout(args.report.as_deref()) {
+        out::print(&reassociate::text(&map, &found))?;
+    }
+    report::write(args.report.as_deref(), &reassociate::Summary::new(&map, Some(&found)))?;
+    if let Some(log) = log {
+        // On a map that is still bent other visits lie beside each other.
+        let visits = if found.report.withdrawn { Visits::Own } else { Visits::All };
+        let bar = bar("matching scans again", log);
+        let options = args.keyframes.options(args.front_end)?;
+        front_end::rematch(&mut map, log, visits, &options, &|done| bar.set_position(done as u64))?;
+        bar.finish_and_clear();
+    }
+    Ok(map)
+}
+
+fn bar(what: &str, log: &RawLog) -> ProgressBar {
+    let style = ProgressStyle::with_template(&format!("{what} {{bar:30}} {{pos}}/{{len}}"))
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(log.scans.len() as u64).with_style(style)
 }

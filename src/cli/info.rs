@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use hitl_slam::error::Result;
 use hitl_slam::geometry::Pose2;
 use hitl_slam::io::{self, Source};
-use hitl_slam::map::{RawLog, SlamMap, Trajectory};
+use hitl_slam::map::{AutomaticFactor, RawLog, SlamMap, Trajectory};
 
 use super::{Outcome, load, out};
 
@@ -59,6 +59,7 @@ fn describe_map(page: &mut Page, map: &SlamMap) {
     page.line("scans", map.scans.len());
     page.line("points", map.observations.len());
     page.line("relative factors", format!("{}, of which {closures} close loops", map.relative_factors.len()));
+    page.line("automatic factors", automatic(&map.automatic_factors));
     page.line("human factors", map.human_factors.len());
     for factor in &map.human_factors {
         let (a, b) = (&factor.a, &factor.b);
@@ -78,6 +79,15 @@ fn describe_map(page: &mut Page, map: &SlamMap) {
     match &map.stamps_s {
         Some(_) => describe_stamps(page, &map.trajectory().stamps_s),
         None => page.line("stamps", "none"),
+    }
+}
+
+fn automatic(factors: &[AutomaticFactor]) -> String {
+    let disagree = factors.iter().filter(|a| a.disagrees()).count();
+    match (factors.len(), disagree) {
+        (0, _) => "0".into(),
+        (n, 0) => format!("{n}, all in agreement"),
+        (n, disagree) => format!("{n}, of which {disagree} disagree with the rest"),
     }
 }
 

@@ -18,6 +18,7 @@ mod optimize;
 mod options;
 mod out;
 mod picture;
+mod reassociate;
 mod render;
 mod report;
 mod simulate;

@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
     let all_ms = milliseconds(clock);
     let numbers = Numbers {
         vertices: map.poses.len(),
-        edges: map.relative_factors.len(),
+        edges: map.every_relative_factor().count(),
         initial_chi2: done.initial_chi2,
         final_chi2: done.final_chi2,
         iterations: done.solve.iterations.len(),

@@ -53,6 +53,10 @@ pub struct Tunables {
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     pub loss_scale: f64,
 
+    /// Scale of the bounded loss on automatic factors (re-association), standard deviations.
+    #[arg(long, value_name = "S", default_value_t = Options::default().joint.automatic_loss_scale)]
+    pub automatic_loss_scale: f64,
+
     /// Solver steps per correction at most.
     #[arg(long, value_name = "N", default_value_t = Options::default().joint.solver.max_iterations)]
     pub max_iterations: usize,
@@ -108,6 +112,7 @@ impl Tunables {
             LossFlag::Cauchy => Loss::Cauchy(self.loss_scale),
             LossFlag::GemanMcClure => Loss::GemanMcClure(self.loss_scale),
         };
+        options.joint.automatic_loss_scale = self.automatic_loss_scale;
         options.joint.solver.max_iterations = self.max_iterations;
         options.interpret.validate()?;
         options.joint.validate()?;
@@ -122,6 +127,7 @@ impl Tunables {
         positive("--offset-sigma-m", self.offset_sigma_m)?;
         positive("--angle-sigma-rad", self.angle_sigma_rad)?;
         positive("--loss-scale", self.loss_scale)?;
+        positive("--automatic-loss-scale", self.automatic_loss_scale)?;
         at_least_one("--max-iterations", self.max_iterations)
     }
 }

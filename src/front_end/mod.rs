@@ -2,7 +2,7 @@
 //!
 //! [`Chain`] says where the poses come from. Every scan of the log gets a [`ScanRecord`]: the pose it hangs on and its
 //! offset from it, so that all scans move with the map. Poses are of the robot frame; the laser's place on the robot is
-//! applied to the points. No loop closure and no scan matching here.
+//! applied to the points. No loop closure here; [`rematch`] is for afterwards.
 
 mod chain;
 mod graph;
@@ -10,6 +10,7 @@ mod initial;
 mod noise;
 mod options;
 mod points;
+mod rematch;
 mod scan_match;
 mod stamps;
 
@@ -19,6 +20,7 @@ use crate::map::{LogScan, Observations, RawLog, RelativeFactor, ScanRecord, Slam
 pub use noise::OdometryNoise;
 pub use options::Options;
 pub use points::observe;
+pub use rematch::{Visits, rematch};
 
 /// Where the pose chain comes from.
 #[derive(Clone, Copy)]
@@ -29,7 +31,7 @@ pub enum Chain<'a> {
     /// Every scan matched to a local map of the ones before it, with the wheels as prior.
     ScanMatch {
         /// Told the number of scans done, for a progress bar.
-        progress: &'a dyn Fn(usize),
+        progress: &'a (dyn Fn(usize) + Sync),
     },
     /// The poses that the log gives for its scans, as they stand: `LogScan::world_from_robot`.
     LoggedPoses,
@@ -61,7 +63,12 @@ pub fn build(log: &RawLog, chain: Chain<'_>, options: &Options) -> Result<(SlamM
         Chain::Graph { graph, stamps } => graph::skeleton(log, graph, stamps, &mut warnings)?,
         Chain::Initial(trajectory) => initial::skeleton(log, trajectory, options, &mut warnings)?,
     };
-    let map = skeleton.with_points(log, options);
+    let mut map = skeleton.with_points(log, options);
+    if let Chain::ScanMatch { progress } = chain
+        && options.second_look
+    {
+        rematch(&mut map, log, Visits::Own, options, progress)?;
+    }
     map.validate("log")?;
     Ok((map, warnings))
 }
@@ -96,6 +103,7 @@ impl Skeleton {
             observations,
             scans: self.scans,
             human_factors: Vec::new(),
+            automatic_factors: Vec::new(),
             robot_from_laser: log.robot_from_laser,
         }
     }

@@ -14,6 +14,8 @@ pub struct Options {
     pub max_range_m: f64,
     /// Returns at or below this are dropped, metres: the robot itself, or a "no return" that is written as 0.
     pub min_range_m: f64,
+    /// Scan matching: match every scan again to what was seen after it too. Off where [`super::rematch`] follows anyway.
+    pub second_look: bool,
     /// How far the odometry is trusted.
     pub odometry_noise: OdometryNoise,
 }
@@ -25,6 +27,7 @@ impl Default for Options {
             keyframe_angle_rad: 10_f64.to_radians(),
             max_range_m: 30.0,
             min_range_m: 0.1,
+            second_look: true,
             odometry_noise: OdometryNoise::default(),
         }
     }

@@ -6,14 +6,18 @@
 //! brute-force search each: odometry, standing still, going on as before.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 use super::{Options, Skeleton, observe};
 use crate::geometry::{Information, Pose2};
 use crate::map::{Observations, RawLog, RelativeFactor, ScanRecord};
 use crate::scan_match::{Cloud, Match, Prior, Schedule, Search, Surfel, SurfelMap, Window, align};
 
+/// Scans that are made ready at once.
+const BATCH: usize = 256;
 /// Keyframes in the local map.
 const WINDOW: usize = 25;
 /// Keyframes further from the newest than this are left out, metres.
@@ -69,7 +73,7 @@ struct Keyframe {
 }
 
 /// The chain; `progress` is told the number of scans done.
-pub(super) fn skeleton(log: &RawLog, options: &Options, progress: &dyn Fn(usize)) -> Skeleton {
+pub(super) fn skeleton(log: &RawLog, options: &Options, progress: &(dyn Fn(usize) + Sync)) -> Skeleton {
     let mut tracker = Tracker {
         log,
         options,
@@ -80,10 +84,23 @@ pub(super) fn skeleton(log: &RawLog, options: &Options, progress: &dyn Fn(usize)
         last: Pose2::IDENTITY,
         before_last: Pose2::IDENTITY,
     };
-    tracker.start();
-    for scan in 1..log.scans.len() {
-        tracker.add(scan);
-        progress(scan + 1);
+    // Matching is one scan after the other; meanwhile the next batch is made ready on the other cores.
+    let clouds = |batch: Range<usize>| -> Vec<Cloud> {
+        batch.into_par_iter().map(|scan| cloud(log, scan, options)).collect()
+    };
+    let batch = |start: usize| start.min(log.scans.len())..(start + BATCH).min(log.scans.len());
+    let mut ready = clouds(batch(0));
+    for start in (0..log.scans.len()).step_by(BATCH) {
+        let (next, ()) = rayon::join(
+            || clouds(batch(start + BATCH)),
+            || {
+                for (scan, cloud) in (start..).zip(ready) {
+                    tracker.add(scan, cloud);
+                    progress(scan + 1);
+                }
+            },
+        );
+        ready = next;
     }
     Skeleton {
         poses: tracker.keyframes.iter().map(|k| k.world_from_robot).collect(),
@@ -97,16 +114,17 @@ pub(super) fn skeleton(log: &RawLog, options: &Options, progress: &dyn Fn(usize)
 }
 
 impl Tracker<'_> {
-    fn start(&mut self) {
-        let cloud = self.cloud(0);
+    fn start(&mut self, cloud: Cloud) {
         let world_from_robot = self.log.scans[0].odometry_from_robot;
         self.keyframes.push(Keyframe { scan: 0, world_from_robot, cloud });
         self.hang(0, Pose2::IDENTITY);
         self.rebuild();
     }
 
-    fn add(&mut self, scan: usize) {
-        let cloud = self.cloud(scan);
+    fn add(&mut self, scan: usize, cloud: Cloud) {
+        if scan == 0 {
+            return self.start(cloud);
+        }
         let step = super::odometry_between(&self.log.scans[scan - 1], &self.log.scans[scan]);
         let expected = self.last.compose(step);
         let prior = Prior { pose: expected, information: step_information(step) };
@@ -135,7 +153,7 @@ impl Tracker<'_> {
         let starts = [(self.last.compose(step), 0.05), (self.last, 0.1), (going_on, 0.1)];
         let mut best = first;
         for (start, gain) in starts.into_iter().take(if pause_s > LONGEST_PAUSE_S { 1 } else { 3 }) {
-            let found = search.best(&cloud.points, start, RECOVERY);
+            let found = search.best(&cloud.points, start, RECOVERY).pose;
             let weak = Matrix3::from_diagonal(&Vector3::new(25.0, 25.0, 100.0));
             let found =
                 align(&self.map, cloud, found, Some(&Prior { pose: found, information: weak }), TRACKING);
@@ -184,14 +202,15 @@ impl Tracker<'_> {
         }
         self.map = SurfelMap::new(points);
     }
+}
 
-    fn cloud(&self, scan: usize) -> Cloud {
-        let mut seen = Observations::default();
-        observe(&self.log.scans[scan], self.log.robot_from_laser, self.options, &mut seen);
-        Cloud {
-            points: (0..seen.len()).map(|i| seen.point(i)).collect(),
-            normals: (0..seen.len()).map(|i| seen.normal(i)).collect(),
-        }
+/// A scan as the matcher takes it.
+pub(super) fn cloud(log: &RawLog, scan: usize, options: &Options) -> Cloud {
+    let mut seen = Observations::default();
+    observe(&log.scans[scan], log.robot_from_laser, options, &mut seen);
+    Cloud {
+        points: (0..seen.len()).map(|i| seen.point(i)).collect(),
+        normals: (0..seen.len()).map(|i| seen.normal(i)).collect(),
     }
 }
 

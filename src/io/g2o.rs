@@ -32,7 +32,7 @@ pub fn read(path: &Path) -> Result<Read<SlamMap>> {
     pose_graph::read(path, &G2O)
 }
 
-/// Writes the poses, held poses and relative factors of a map.
+/// Writes the poses, held poses, relative and automatic factors of a map.
 ///
 /// # Errors
 /// [`crate::error::Error::Io`] if the file cannot be written.

@@ -182,7 +182,7 @@ fn id(word: Option<&[u8]>) -> std::result::Result<i64, String> {
     integer(word.unwrap_or_default()).map_err(|m| format!("id: {m}"))
 }
 
-/// Writes the poses and relative factors of a map; its held poses where the format can say so.
+/// Writes the poses, relative and automatic factors of a map; its held poses where the format can say so.
 pub(super) fn write(path: &Path, map: &SlamMap, dialect: &Dialect) -> Result<()> {
     atomic::write(path, |out| fill(out, map, dialect))
 }
@@ -196,7 +196,7 @@ fn fill(out: &mut dyn Write, map: &SlamMap, dialect: &Dialect) -> io::Result<()>
     for &held in map.held.iter().filter(|_| dialect.extended) {
         writeln!(out, "FIX {}", id(held))?;
     }
-    for factor in &map.relative_factors {
+    for factor in map.every_relative_factor() {
         let [x, y, theta] = factor.i_from_j.to_array().map(Shortest);
         write!(out, "{} {} {} {x} {y} {theta}", dialect.edge, id(factor.i), id(factor.j))?;
         let m = factor.information.matrix();

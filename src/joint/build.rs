@@ -14,7 +14,7 @@ use crate::solver::Loss;
 pub fn build(map: &SlamMap, poses: &[Pose2], factors: &[HumanFactor], options: &Options) -> JointProblem {
     let mut problem = JointProblem {
         poses: poses.iter().map(|p| p.to_array()).collect(),
-        relatives: map.relative_factors.iter().map(|f| relative_term(f, options.loss)).collect(),
+        relatives: relative_terms(map, options),
         ..Default::default()
     };
     for factor in factors {
@@ -33,6 +33,13 @@ pub fn build(map: &SlamMap, poses: &[Pose2], factors: &[HumanFactor], options: &
     }
     problem.held = gauge::complete(&problem, &map.held_or_first());
     problem
+}
+
+/// R1 of what the map came with, then of what was found without a person: those under a bounded loss of their own.
+fn relative_terms(map: &SlamMap, options: &Options) -> Vec<RelativeTerm> {
+    let automatic = Loss::GemanMcClure(options.automatic_loss_scale);
+    let found = map.automatic_factors.iter().map(|a| relative_term(&a.factor, automatic));
+    map.relative_factors.iter().map(|f| relative_term(f, options.loss)).chain(found).collect()
 }
 
 fn relation_term(factor: &HumanFactor, a: usize, b: usize, options: &Options) -> RelationTerm {

@@ -16,7 +16,7 @@ pub struct GraphReport {
     pub solve: Report,
 }
 
-/// Optimises the poses of a map over its relative factors alone. Held poses stay where they are.
+/// Optimises the poses of a map over its relative and automatic factors alone. Held poses stay where they are.
 ///
 /// # Errors
 /// [`crate::error::Error::Input`] for a malformed map or options out of range. Not to converge is no error.
@@ -31,5 +31,5 @@ pub fn optimize_graph(map: &mut SlamMap, options: &Options) -> Result<GraphRepor
 }
 
 fn chi2(map: &SlamMap) -> f64 {
-    map.relative_factors.iter().map(|f| f.chi2(map.poses[f.i], map.poses[f.j])).sum()
+    map.every_relative_factor().map(|f| f.chi2(map.poses[f.i], map.poses[f.j])).sum()
 }

@@ -80,6 +80,8 @@ pub struct Options {
     pub angle_sigma_rad: f64,
     /// Loss on loop closures (relative factors between poses that are not neighbours) and on relations.
     pub loss: Loss,
+    /// Scale of the loss (Geman–McClure) on automatic factors, standard deviations.
+    pub automatic_loss_scale: f64,
     /// Stopping rules, of both back ends.
     pub solver: solver::Options,
     /// Choices that only Ceres has.
@@ -98,6 +100,7 @@ impl Default for Options {
             offset_sigma_m: 0.02,
             angle_sigma_rad: 0.01,
             loss: Loss::None,
+            automatic_loss_scale: 4.0,
             solver: solver::Options::default(),
             ceres: ceres::Options::default(),
         }
@@ -116,6 +119,7 @@ impl Options {
             ("tie sigma", self.tie_sigma_m),
             ("offset sigma", self.offset_sigma_m),
             ("angle sigma", self.angle_sigma_rad),
+            ("automatic loss scale", self.automatic_loss_scale),
         ];
         numbers.extend(self.loss.scale().map(|c| ("loss scale", c)));
         match numbers.into_iter().find(|(_, v)| !(v.is_finite() && *v > 0.0)) {

@@ -53,6 +53,12 @@ impl Observations {
         Vec2::new(f64::from(self.normals[index][0]), f64::from(self.normals[index][1]))
     }
 
+    /// Points and normals of a pose, robot frame, where the normal is known.
+    pub fn oriented(&self, pose: usize) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
+        let known = self.range(pose).map(|p| (self.point(p), self.normal(p)));
+        known.filter(|(_, normal)| normal.norm_squared() > 0.0)
+    }
+
     /// Appends a point of the pose that is being filled; close the pose with [`Observations::end_pose`].
     pub fn push(&mut self, point: Vec2, normal: Vec2, range_m: f64) {
         self.points.push([point.x, point.y]);

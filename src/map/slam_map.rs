@@ -1,6 +1,6 @@
 //! The map: poses, relative factors, what was seen from each pose, and the human factors so far.
 
-use super::{HumanFactor, Observations, Trajectory};
+use super::{AutomaticFactor, HumanFactor, Observations, Trajectory};
 use crate::error::{Error, Result};
 use crate::geometry::{Information, Pose2};
 
@@ -23,6 +23,8 @@ pub struct SlamMap {
     pub scans: Vec<ScanRecord>,
     /// H: the human factors, in the order in which they were accepted.
     pub human_factors: Vec<HumanFactor>,
+    /// Loop closures that were found without a person, by the last re-association; ascending by (j, i).
+    pub automatic_factors: Vec<AutomaticFactor>,
     /// Where the laser sits on the robot: origin of the rays.
     pub robot_from_laser: Pose2,
 }
@@ -81,6 +83,23 @@ impl SlamMap {
         }
     }
 
+    /// The relative factors that the map came with, then those that were found without a person.
+    pub fn every_relative_factor(&self) -> impl Iterator<Item = &RelativeFactor> {
+        self.relative_factors.iter().chain(self.automatic_factors.iter().map(|a| &a.factor))
+    }
+
+    /// Length of the chain's path from the first pose to each, metres.
+    pub fn path_lengths_m(&self) -> Vec<f64> {
+        let mut length_m = 0.0;
+        let mut lengths = Vec::with_capacity(self.poses.len());
+        for (k, pose) in self.poses.iter().enumerate() {
+            let before = self.poses[k.saturating_sub(1)];
+            length_m += (pose.translation() - before.translation()).norm();
+            lengths.push(length_m);
+        }
+        lengths
+    }
+
     /// The poses that optimisation must not move: `held`, or the first.
     pub fn held_or_first(&self) -> Vec<usize> {
         if self.held.is_empty() && !self.poses.is_empty() { vec![0] } else { self.held.clone() }
@@ -117,19 +136,24 @@ impl SlamMap {
         if let Some(&h) = self.held.iter().find(|&&h| h >= n) {
             return fail("held poses", format!("found pose {h}, expected one below {n}"));
         }
-        for (k, f) in self.relative_factors.iter().enumerate() {
+        let automatic = self.automatic_factors.iter().map(|a| &a.factor).enumerate();
+        let factors = self.relative_factors.iter().enumerate().map(|f| ("relative factors", f));
+        for (name, (k, f)) in factors.chain(automatic.map(|f| ("automatic factors", f))) {
             if f.i >= n || f.j >= n || f.i == f.j {
                 let message = format!(
                     "factor {k}: found poses {} and {}, expected two different ones below {n}",
                     f.i, f.j
                 );
-                return fail("relative factors", message);
+                return fail(name, message);
             }
             if !f.i_from_j.is_finite() {
-                return fail(
-                    "relative factors",
-                    format!("factor {k}: found a measurement that is not finite"),
-                );
+                return fail(name, format!("factor {k}: found a measurement that is not finite"));
+            }
+        }
+        for a in &self.automatic_factors {
+            let numbers = [a.inliers, a.ambiguity, a.chi2, a.weak_rad.unwrap_or(0.0)];
+            if !numbers.iter().all(|v| v.is_finite()) {
+                return fail("automatic factors", format!("{}: found a value that is not finite", a.name()));
             }
         }
         self.validate_observations().or_else(|m| fail("points", m))?;

@@ -1,6 +1,7 @@
 //! The main job: one correction after the other, each in the paper's five stages.
 //!
 //! [`crate::interpret`] (EM, then order) → [`crate::explicit`] → [`crate::copslam`] → [`crate::joint`].
+//! Then, if wanted, [`crate::closures`] (re-association) finds what now fits by itself.
 //! A correction that cannot be applied is rejected with its reason and leaves the map as it was.
 
 mod agreeing;
@@ -11,8 +12,10 @@ pub use agreeing::Agreement;
 pub use report::{CorrectionReport, Stroke, Timings};
 pub use state::State;
 
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use crate::closures;
 use crate::copslam;
 use crate::error::{Error, Result};
 use crate::explicit;
@@ -51,6 +54,15 @@ pub struct Prepared {
     pub factors: Vec<HumanFactor>,
     report: CorrectionReport,
     start: Instant,
+}
+
+/// What re-association did, and how long it took.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reassociation {
+    /// Rounds, and where visits pass each other unmatched.
+    pub report: closures::Report,
+    /// Wall clock, milliseconds.
+    pub total_ms: f64,
 }
 
 /// A map under correction.
@@ -178,6 +190,48 @@ impl Corrector {
         };
         prepared.report.timings.optimize_ms = milliseconds(stage);
         Ok(self.conclude(prepared, &solve))
+    }
+
+    /// Finds all automatic factors anew, from the chain and the corrections alone: after a correction, or after one was taken
+    /// back. A step of its own, so that a person sees a stroke's effect at once. `None`, and the map as it was, if
+    /// `cancelled` becomes true on the way.
+    ///
+    /// # Errors
+    /// [`crate::error::Error`] of the joint optimisation.
+    pub fn reassociate(
+        &mut self,
+        options: &closures::Options,
+        progress: &(dyn Fn(closures::Progress) + Sync),
+        cancelled: &AtomicBool,
+    ) -> Result<Option<Reassociation>> {
+        let start = Instant::now();
+        let found = closures::reassociate(&mut self.map, &self.options.joint, options, progress, cancelled)?;
+        Ok(found.map(|report| Reassociation { report, total_ms: milliseconds(start) }))
+    }
+
+    /// Takes back the correction, or the automatic factor, of this name, and optimises without it; false if there is
+    /// none. With a correction go all automatic factors, since it may have caused any of them.
+    ///
+    /// # Errors
+    /// [`crate::error::Error`] of the joint optimisation.
+    pub fn remove(&mut self, name: &str) -> Result<bool> {
+        let before = (self.map.human_factors.clone(), self.map.automatic_factors.clone());
+        self.map.human_factors.retain(|f| f.id != name);
+        if self.map.human_factors.len() < before.0.len() {
+            self.map.automatic_factors.clear();
+        } else {
+            self.map.automatic_factors.retain(|a| a.name() != name);
+            if self.map.automatic_factors.len() == before.1.len() {
+                return Ok(false);
+            }
+        }
+        let (mut poses, mut factors) = (self.map.poses.clone(), self.map.human_factors.clone());
+        if let Err(error) = joint::optimize(&self.map, &mut poses, &mut factors, &self.options.joint) {
+            (self.map.human_factors, self.map.automatic_factors) = before;
+            return Err(error);
+        }
+        (self.map.poses, self.map.human_factors) = (poses, factors);
+        Ok(true)
     }
 
     /// Stages 1 to 4 of one correction: all that comes before the joint optimisation. The map stays as it is.

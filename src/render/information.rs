@@ -1,7 +1,7 @@
 //! The information matrix of a map (the paper's Fig. 5): which poses a factor ties to which.
 //!
 //! One row and one column per pose, the first at the top left. White: the relative factors, a band along the diagonal and
-//! the closures off it. In colour, by mode: what human factors add between the poses of X_a and those of X_b once the
+//! the closures off it, those found without a person in yellow-green. In colour, by mode: what human factors add between the poses of X_a and those of X_b once the
 //! segments are eliminated.
 
 use super::scene::{Anchor, Colour, Item, Picture, PixelRect};
@@ -12,6 +12,9 @@ use crate::map::{Feature, Mode, SlamMap};
 const RUN_GAP: usize = 3;
 /// No mark is smaller than this, thousandths of the side.
 const LEAST_MARK: f32 = 5.0;
+
+/// The colour of automatic factors.
+const AUTOMATIC: Colour = Colour::rgb(0xB8E04A);
 
 /// The colour of a mode.
 pub fn mode_colour(mode: Mode) -> Colour {
@@ -63,6 +66,9 @@ pub fn information(map: &SlamMap, size_px: u32, title: Option<&str>) -> Picture 
         present.push(factor.mode);
     }
     inside.push(Item::Shapes { outlines: band, colour: Colour::WHITE });
+    let found = map.automatic_factors.iter().map(|a| (a.factor.i, a.factor.j));
+    let outlines = found.flat_map(|(i, j)| [block([i, i], [j, j]), block([j, j], [i, i])]).collect();
+    inside.push(Item::Shapes { outlines, colour: AUTOMATIC });
     picture.push(Some(frame), inside);
     picture.push(None, labels(map, &present, frame, unit, title));
     picture
@@ -97,6 +103,9 @@ fn labels(map: &SlamMap, present: &[Mode], frame: PixelRect, unit: f32, title: O
         items.push(Item::text(at, title, 26.0 * unit, Anchor::Start, Colour::INK));
     }
     let mut entries = vec![("relative factors".to_owned(), Colour::WHITE)];
+    if !map.automatic_factors.is_empty() {
+        entries.push((format!("matched by itself ×{}", map.automatic_factors.len()), AUTOMATIC));
+    }
     for mode in Mode::ALL {
         match present.iter().filter(|&&m| m == mode).count() {
             0 => {}

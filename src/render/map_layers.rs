@@ -96,6 +96,28 @@ impl Spacing {
     }
 }
 
+/// Every automatic factor as a line between its two poses: green, purple on top where it disagrees with the map.
+pub fn automatic_factors(links: &[Link], view: &Viewport, unit: f32) -> Vec<Item> {
+    let mut items = Vec::with_capacity(links.len());
+    for (wanted, colour, width) in [(true, Colour::GREEN, 1.8), (false, Colour::PURPLE, 4.0)] {
+        for link in links.iter().filter(|l| l.agrees == wanted) {
+            if let Some(ends) = view.clipped(link.ends, 20.0 * unit) {
+                items.push(Item::line(ends.to_vec(), width * unit, colour));
+            }
+        }
+    }
+    items
+}
+
+/// Two poses that the program joined by itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    /// Where they are, world frame, metres.
+    pub ends: [Vec2; 2],
+    /// False where the factor disagrees with the rest of the map.
+    pub agrees: bool,
+}
+
 /// Both segments of each human factor: a red, b blue and thinner, so that both show where they coincide.
 pub fn human_factors(pairs: &[(Segment, Segment)], view: &Viewport, unit: f32) -> Vec<Item> {
     let mut items = Vec::new();

@@ -5,12 +5,12 @@
 //! legend. All sizes on screen are multiples of one unit, a thousandth of the picture's size.
 
 use super::heat::{self, Heat};
-use super::map_layers::{self as layers, Overlay};
+use super::map_layers::{self as layers, Link, Overlay};
 use super::scene::{Anchor, Colour, Item, Picture, PixelRect};
 use super::text::text_width_px;
 use super::viewport::{Viewport, WorldRect};
 use crate::geometry::Segment;
-use crate::map::SlamMap;
+use crate::map::{AutomaticFactor, SlamMap};
 
 /// How to draw a map.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,6 +107,15 @@ struct Panel<'a> {
     heat: Option<&'a Heat>,
 }
 
+/// The automatic factors of a map.
+fn links(map: &SlamMap) -> Vec<Link> {
+    let link = |a: &AutomaticFactor| Link {
+        ends: [a.factor.i, a.factor.j].map(|pose| map.poses[pose].translation()),
+        agrees: !a.disagrees(),
+    };
+    map.automatic_factors.iter().map(link).collect()
+}
+
 /// Poses of any human factor, ascending, in range.
 fn highlighted(map: &SlamMap) -> Vec<usize> {
     let features = map.human_factors.iter().flat_map(|h| [&h.a, &h.b]);
@@ -194,6 +203,7 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
         inside.extend(heat::cells(heat, &view, unit));
     } else {
         inside.extend(layers::poses(panel.map, &panel.highlighted, &view, unit));
+        inside.extend(layers::automatic_factors(&links(panel.map), &view, unit));
     }
     inside.extend(layers::human_factors(&panel.strokes, &view, unit));
     inside.extend(layers::overlays(panel.overlays, &view, unit));
@@ -208,21 +218,34 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
     around.extend(bar);
     if panel.heat.is_some() {
         around.extend(heat::legend(frame.right(), base, unit));
-    } else if !panel.strokes.is_empty() {
-        around.extend(legend(frame.right(), base, bar_end + 20.0 * unit, unit));
+    } else {
+        around.extend(legend(panel, frame.right(), base, bar_end + 20.0 * unit, unit));
     }
     picture.push(Some(frame), inside);
     picture.push(None, around);
 }
 
 /// What the colours mean, right-aligned; left out where it would run into the scale bar.
-fn legend(right: f32, base: f32, left_limit: f32, unit: f32) -> Vec<Item> {
+fn legend(panel: &Panel, right: f32, base: f32, left_limit: f32, unit: f32) -> Vec<Item> {
     let size = 14.0 * unit;
+    let mut entries = Vec::new();
+    if !panel.strokes.is_empty() {
+        entries.extend([
+            ("their poses", Colour::BLUE, 0.0),
+            ("stroke b", Colour::BLUE, 3.4),
+            ("stroke a", Colour::RED, 7.0),
+        ]);
+    }
+    let automatic = &panel.map.automatic_factors;
+    if automatic.iter().any(AutomaticFactor::disagrees) {
+        entries.push(("disagrees", Colour::PURPLE, 4.0));
+    }
+    if !automatic.is_empty() {
+        entries.push(("matched by itself", Colour::GREEN, 1.8));
+    }
     let mut items = Vec::new();
     let mut pen = right;
-    for (text, colour, width) in
-        [("their poses", Colour::BLUE, 0.0), ("stroke b", Colour::BLUE, 3.4), ("stroke a", Colour::RED, 7.0)]
-    {
+    for (text, colour, width) in entries {
         let text_left = pen - text_width_px(text, size);
         let mark_left = text_left - 32.0 * unit;
         let middle = base - 5.0 * unit;

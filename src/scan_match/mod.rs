@@ -10,10 +10,19 @@ mod search;
 mod surfel_map;
 
 pub use icp::{Match, Prior, Schedule, align};
-pub use search::{Search, Window};
+pub use search::{Found, Search, Window};
 pub use surfel_map::{Surfel, SurfelMap};
 
-use crate::geometry::Vec2;
+use crate::geometry::{Pose2, Vec2, angle_diff};
+
+/// What a radian counts for, metres.
+const METRES_PER_RADIAN: f64 = 0.5;
+
+/// How far apart two poses are for what a laser sees: metres, a radian counting as half a metre.
+pub fn reach_m(a: Pose2, b: Pose2) -> f64 {
+    (b.translation() - a.translation()).norm()
+        + METRES_PER_RADIAN * angle_diff(b.theta_rad, a.theta_rad).abs()
+}
 
 /// A scan as points and unit normals towards the sensor, robot frame; a normal is zero where unknown.
 #[derive(Debug, Clone, PartialEq, Default)]

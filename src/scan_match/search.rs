@@ -11,6 +11,8 @@ const BLUR_M: f64 = 0.15;
 const POINTS: usize = 150;
 /// Score lost at the edge of the window, in position and in heading each: of equal scores the nearest wins.
 const DISTANCE_COST: f64 = 0.02;
+/// A place further than this from the best one is another place, metres.
+const ELSEWHERE_M: f64 = 0.5;
 
 /// A blurred picture of a surfel map: each cell says how near the nearest surfel is, 1 at it.
 pub struct Search {
@@ -27,10 +29,21 @@ pub struct Window {
     pub position_m: f64,
     /// ± radians.
     pub heading_rad: f64,
-    /// Metres from try to try.
+    /// Metres from try to try; a multiple of 0.1.
     pub position_step_m: f64,
     /// Radians from try to try.
     pub heading_step_rad: f64,
+}
+
+/// Where the points fit best.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// `map_from_robot`.
+    pub pose: Pose2,
+    /// Mean nearness of the points to the map, 0 to 1, less what the distance from the start costs.
+    pub score: f64,
+    /// Best score anywhere more than half a metre away, over `score`: near 1 the place is not distinct.
+    pub ambiguity: f64,
 }
 
 impl Search {
@@ -65,39 +78,68 @@ impl Search {
     }
 
     /// The best pose of the window around `start` (`map_from_robot`) for these points (robot frame).
-    pub fn best(&self, points: &[Vec2], start: Pose2, window: Window) -> Pose2 {
-        let steps = (window.position_m / window.position_step_m).ceil() as i32;
+    pub fn best(&self, points: &[Vec2], start: Pose2, window: Window) -> Found {
+        let stride = (window.position_step_m / CELL_M).round().max(1.0) as i32;
+        let step_m = f64::from(stride) * CELL_M;
+        let steps = (window.position_m / step_m).ceil() as i32;
         let turns = (window.heading_rad / window.heading_step_rad).ceil() as i32;
         let some: Vec<Vec2> = points.iter().step_by((points.len() / POINTS).max(1)).copied().collect();
-        let mut best = (f64::NEG_INFINITY, start);
+        let side = (2 * steps + 1) as usize;
+        let shift = |place: usize| {
+            let (row, column) = ((place / side) as i32 - steps, (place % side) as i32 - steps);
+            Vec2::new(f64::from(column), f64::from(row)) * step_m
+        };
+        let costs: Vec<f64> = (0..side * side)
+            .map(|place| DISTANCE_COST * shift(place).norm() / (f64::from(steps.max(1)) * step_m))
+            .collect();
+        // The best score at every place, whatever the heading; the sums at one heading.
+        let (mut places, mut sums) = (vec![0.0_f64; side * side], vec![0.0_f32; side * side]);
+        let mut best = Found { pose: start, score: f64::NEG_INFINITY, ambiguity: 0.0 };
         for turn in -turns..=turns {
             let heading = start.theta_rad + f64::from(turn) * window.heading_step_rad;
             let turned = Pose2::new(start.x_m, start.y_m, heading);
-            let at: Vec<Vec2> =
-                some.iter().map(|p| (turned.transform_point(*p) - self.corner) / CELL_M).collect();
-            for row in -steps..=steps {
-                for column in -steps..=steps {
-                    let shift = Vec2::new(f64::from(column), f64::from(row)) * window.position_step_m;
-                    let far = f64::from(column).hypot(f64::from(row)) / f64::from(steps.max(1))
-                        + f64::from(turn.abs()) / f64::from(turns.max(1));
-                    let score = self.score(&at, shift / CELL_M) - DISTANCE_COST * far;
-                    if score > best.0 {
-                        best = (score, Pose2::new(start.x_m + shift.x, start.y_m + shift.y, heading));
-                    }
+            sums.fill(0.0);
+            for p in &some {
+                let at = ((turned.transform_point(*p) - self.corner) / CELL_M).map(f64::floor);
+                self.add(&mut sums, side, [at.x as i32, at.y as i32], steps, stride);
+            }
+            let turn_cost = DISTANCE_COST * f64::from(turn.abs()) / f64::from(turns.max(1));
+            for (place, &sum) in sums.iter().enumerate() {
+                let score = f64::from(sum) / some.len().max(1) as f64;
+                places[place] = places[place].max(score);
+                let score = score - costs[place] - turn_cost;
+                if score > best.score {
+                    let at = start.translation() + shift(place);
+                    best = Found { pose: Pose2::new(at.x, at.y, heading), score, ambiguity: 0.0 };
                 }
             }
         }
-        best.1
+        let chosen = best.pose.translation() - start.translation();
+        let elsewhere = |place: &usize| (shift(*place) - chosen).norm() > ELSEWHERE_M;
+        let second = (0..places.len()).filter(elsewhere).map(|place| places[place]).fold(0.0, f64::max);
+        best.ambiguity = (second / best.score.max(1e-9)).min(1.0);
+        best
     }
 
-    fn score(&self, at: &[Vec2], shift: Vec2) -> f64 {
-        let mut sum = 0.0_f32;
-        for p in at {
-            let q = p + shift;
-            if q.x >= 0.0 && q.y >= 0.0 && q.x < self.columns as f64 && q.y < self.rows as f64 {
-                sum += self.cells[q.y as usize * self.columns + q.x as usize];
+    /// Adds what a point in cell (x, y) scores at every place of the window, row by row.
+    fn add(&self, sums: &mut [f32], side: usize, [x, y]: [i32; 2], steps: i32, stride: i32) {
+        let (width, height) = (self.columns as i32, self.rows as i32);
+        // First and last step that stay within the picture.
+        let range = |at: i32, size: i32| {
+            let first = (-at).div_euclid(stride) + i32::from((-at).rem_euclid(stride) != 0);
+            (first.max(-steps), (size - 1 - at).div_euclid(stride).min(steps))
+        };
+        let ((left, right), (bottom, top)) = (range(x, width), range(y, height));
+        if left > right {
+            return;
+        }
+        for row in bottom..=top {
+            let start = (y + row * stride) as usize * self.columns + (x + left * stride) as usize;
+            let from = (row + steps) as usize * side + (left + steps) as usize;
+            let cells = self.cells[start..].iter().step_by(stride as usize);
+            for (sum, cell) in sums[from..=from + (right - left) as usize].iter_mut().zip(cells) {
+                *sum += cell;
             }
         }
-        f64::from(sum) / at.len().max(1) as f64
     }
 }

@@ -7,6 +7,8 @@
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_4;
 
+use rayon::prelude::*;
+
 use crate::geometry::{Vec2, principal_direction};
 
 /// Side of a grid cell, metres: about the largest search radius over two.
@@ -21,6 +23,11 @@ const VOXEL_M: f64 = 0.05;
 const LINE_RATIO: f64 = 0.3;
 /// … and at least 2 cm long (its variance, m²).
 const LINE_VARIANCE_M2: f64 = 4e-4;
+
+/// Where the nearest surfel is looked for first, metres: a little more than their spacing.
+const NEAR_M: f64 = 0.06;
+/// Surfels that are worth a thread.
+const LEAST_WORK: usize = 256;
 
 /// A short piece of wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,16 +53,14 @@ impl SurfelMap {
     /// Smooths oriented points (map frame; points without a normal must be left out) into surfels.
     pub fn new(points: Vec<Surfel>) -> Self {
         let raw = Self::sorted(points);
-        let mut taken = HashSet::new();
-        let mut smooth = Vec::with_capacity(raw.surfels.len() / 2);
-        for surfel in &raw.surfels {
+        let mut taken = HashSet::with_capacity(raw.surfels.len() / 2);
+        let is_first = |surfel: &&Surfel| {
             let voxel = (surfel.mean / VOXEL_M).map(f64::floor);
             let eighth = (surfel.normal.y.atan2(surfel.normal.x) / FRAC_PI_4).round() as i32 & 7;
-            if taken.insert((voxel.x as i32, voxel.y as i32, eighth)) {
-                smooth.push(raw.smoothed(surfel));
-            }
-        }
-        Self::sorted(smooth)
+            taken.insert((voxel.x as i32, voxel.y as i32, eighth))
+        };
+        let kept: Vec<&Surfel> = raw.surfels.iter().filter(is_first).collect();
+        Self::sorted(kept.into_par_iter().with_min_len(LEAST_WORK).map(|s| raw.smoothed(s)).collect())
     }
 
     /// All surfels, by cell.
@@ -67,13 +72,17 @@ impl SurfelMap {
     /// with all.
     pub fn nearest(&self, point: Vec2, normal: Vec2, radius_m: f64, cosine: f64) -> Option<&Surfel> {
         let any = normal == Vec2::zeros();
-        let mut best = (radius_m * radius_m, None);
-        self.near(point, radius_m, |surfel, distance2| {
-            if distance2 < best.0 && (any || surfel.normal.dot(&normal) > cosine) {
-                best = (distance2, Some(surfel));
-            }
-        });
-        best.1
+        let within = |radius_m: f64| {
+            let mut best = (radius_m * radius_m, None);
+            self.near(point, radius_m, |surfel, distance2| {
+                if distance2 < best.0 && (any || surfel.normal.dot(&normal) > cosine) {
+                    best = (distance2, Some(surfel));
+                }
+            });
+            best.1
+        };
+        // Nearly all points of a matched scan have a surfel this near: few cells to look at.
+        within(radius_m.min(NEAR_M)).or_else(|| within(radius_m))
     }
 
     fn smoothed(&self, at: &Surfel) -> Surfel {
@@ -151,11 +160,12 @@ impl SurfelMap {
 
     /// Calls `visit` with every surfel within `radius_m` and its squared distance.
     fn near<'a>(&'a self, point: Vec2, radius_m: f64, mut visit: impl FnMut(&'a Surfel, f64)) {
-        let low = ((point - self.corner).add_scalar(-radius_m) / CELL_M).map(f64::floor);
-        let high = ((point - self.corner).add_scalar(radius_m) / CELL_M).map(f64::floor);
+        let low = (point - self.corner).add_scalar(-radius_m) / CELL_M;
+        let high = (point - self.corner).add_scalar(radius_m) / CELL_M;
         if high.x < 0.0 || high.y < 0.0 || low.x >= self.columns as f64 || low.y >= self.rows as f64 {
             return;
         }
+        // From here on all is ≥ 0 once clamped, where a cast is a floor.
         let (left, right) = (low.x.max(0.0) as usize, (high.x as usize).min(self.columns - 1));
         let (bottom, top) = (low.y.max(0.0) as usize, (high.y as usize).min(self.rows - 1));
         for row in bottom..=top {

@@ -4,7 +4,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
@@ -59,6 +59,37 @@ impl Cholesky {
         let x = MatMut::from_column_major_slice_mut(b, n, 1);
         llt.solve_in_place_with_conj(Conj::No, x, Par::Seq, MemStack::new(&mut self.work));
         b.iter().all(|v| v.is_finite())
+    }
+}
+
+/// A factorisation that is done, for any number of right-hand sides on any number of threads.
+pub(super) struct Factored {
+    symbolic: SymbolicCholesky<usize>,
+    factor: Vec<f64>,
+}
+
+impl Cholesky {
+    /// Factors A for good; `None` if it is not positive definite.
+    pub fn into_factored(
+        mut self,
+        column_starts: &[usize],
+        rows: &[usize],
+        values: &[f64],
+    ) -> Option<Factored> {
+        let mut nothing = vec![0.0; column_starts.len() - 1];
+        let is_definite = self.solve(column_starts, rows, values, &mut nothing);
+        is_definite.then_some(Factored { symbolic: self.symbolic, factor: self.factor })
+    }
+}
+
+impl Factored {
+    /// Solves A X = B in place; B has `columns` columns, one after the other.
+    pub fn solve(&self, b: &mut [f64], columns: usize) {
+        let need = self.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq);
+        let mut work = MemBuffer::new(need);
+        let llt = LltRef::new(&self.symbolic, &self.factor);
+        let x = MatMut::from_column_major_slice_mut(b, self.symbolic.nrows(), columns);
+        llt.solve_in_place_with_conj(Conj::No, x, Par::Seq, MemStack::new(&mut work));
     }
 }
 

@@ -5,12 +5,14 @@
 //! factorisation whose ordering and pattern are computed once. Results do not depend on the machine's threads.
 
 mod cholesky;
+mod covariance;
 mod lm;
 mod loss;
 mod normal_equations;
 mod polish;
 mod report;
 
+pub use covariance::Covariance;
 pub use lm::minimize;
 pub use loss::Loss;
 pub use report::{Iteration, Polish, Report, Termination, Timings};

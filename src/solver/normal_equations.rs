@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::cholesky::Cholesky;
+use super::cholesky::{Cholesky, Factored};
 use super::{Block, Linearization, Problem};
 use crate::error::Result;
 
@@ -147,6 +147,12 @@ impl NormalEquations {
         }
         let mut delta: Vec<f64> = self.gradient.iter().map(|g| -g).collect();
         self.cholesky.solve(&self.column_starts, &self.rows, &self.damped, &mut delta).then_some(delta)
+    }
+
+    /// H as it stands, factored: all that covariances need. `None` if it is not positive definite.
+    pub fn into_factored(self) -> Option<(Vec<Option<usize>>, Factored)> {
+        let factored = self.cholesky.into_factored(&self.column_starts, &self.rows, &self.values)?;
+        Some((self.unknown, factored))
     }
 
     /// x ⊕ δ: plain addition on every free block.

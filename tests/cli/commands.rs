@@ -131,9 +131,9 @@ fn a_corrected_map_is_corrected_further() {
     let (first, rest) = all.split_at(all.find('\n').unwrap() + 1);
     bench.scratch.file("first.jsonl", first);
     bench.scratch.file("rest.jsonl", rest);
-    bench.good("correct run/map.npz -c first.jsonl -o one.npz");
-    bench.good("correct one.npz -c rest.jsonl -o two.npz");
-    bench.good("correct run/map.npz -c run/corrections.jsonl -o once.npz");
+    bench.good("correct run/map.npz -c first.jsonl -o one.npz --no-reassociate");
+    bench.good("correct one.npz -c rest.jsonl -o two.npz --no-reassociate");
+    bench.good("correct run/map.npz -c run/corrections.jsonl -o once.npz --no-reassociate");
     let (two, once) = (bench.map("two.npz"), bench.map("once.npz"));
     let ids =
         |map: &hitl_slam::map::SlamMap| map.human_factors.iter().map(|f| f.id.clone()).collect::<Vec<_>>();

@@ -62,7 +62,7 @@ fn mixed(bench: &Bench) -> String {
 fn the_report_of_correct_has_every_field_of_the_contract_with_its_type() {
     let bench = Bench::with_loop("report-fields");
     bench.scratch.file("c.jsonl", mixed(&bench));
-    let text = bench.good("correct run/map.npz -c c.jsonl -o o.npz --report -");
+    let text = bench.good("correct run/map.npz -c c.jsonl -o o.npz --report - --no-reassociate");
     let report: Value = serde_json::from_str(&text).unwrap();
     has_all(&report, &TOP);
     assert_eq!(report["version"], env!("CARGO_PKG_VERSION"));
@@ -190,4 +190,83 @@ fn the_report_of_evaluate_has_what_was_asked_for_and_no_more() {
         &["from_s", "to_s", "count", "translation_mean_m", "rotation_mean_deg"],
     );
     assert!(bench.exists("e.svg"));
+}
+
+#[test]
+fn what_re_association_found_is_listed_with_what_spoke_for_it() {
+    let bench = Bench::with_loop("report-automatic");
+    let printed = bench.good("correct run/map.npz -c run/corrections.jsonl -o o.npz --report r.json");
+    let (report, map) = (bench.json("r.json"), bench.map("o.npz"));
+    let listed = report["automatic_factors"].as_array().unwrap();
+    assert!(listed.len() > 5 && listed.len() == map.automatic_factors.len());
+    assert!(printed.contains(&format!("re-association: {} automatic factors in", listed.len())), "{printed}");
+    for (entry, factor) in listed.iter().zip(&map.automatic_factors) {
+        let fields = ["name", "i", "j", "inliers", "ambiguity", "weak_direction_rad", "chi2", "agrees"];
+        has_all(entry, &fields);
+        assert_eq!(entry["name"], factor.name());
+        assert!(entry["inliers"].as_f64().is_some_and(|v| (0.55..=1.0).contains(&v)), "{entry}");
+    }
+    has_all(&report["reassociation"], &["rounds", "near_passes", "withdrawn"]);
+    has_all(
+        &report["reassociation"]["rounds"][0],
+        &["pairs", "accepted", "disagreeing", "moved_m", "widest_m"],
+    );
+    assert!(report["reassociate_ms"].as_f64().unwrap() > 0.0);
+    assert!(bench.good("info o.npz").contains(&format!("{}, all in agreement", listed.len())));
+
+    // Without it: nothing found, and the field says so.
+    bench.good("correct run/map.npz -c run/corrections.jsonl -o n.npz --no-reassociate --report n.json");
+    let report = bench.json("n.json");
+    assert_eq!(report["automatic_factors"], Value::Array(vec![]));
+    assert_eq!((&report["reassociation"], &report["reassociate_ms"]), (&Value::Null, &0.0.into()));
+
+    // One that a person does not believe does not come back.
+    let name = listed[0]["name"].as_str().unwrap();
+    let refuse =
+        format!("correct run/map.npz -c run/corrections.jsonl -o f.npz --report f.json --refuse {name}");
+    bench.good(&refuse);
+    let report = bench.json("f.json");
+    assert!(report["automatic_factors"].as_array().unwrap().iter().all(|a| a["name"] != name));
+    bench.refused(&refuse.replace(name, "first"), &["--refuse", "found \"first\""]);
+    let both = format!("{refuse} --no-reassociate");
+    bench.refused(&both, &["--refuse", "found together with --no-reassociate"]);
+}
+
+#[test]
+fn loops_close_on_import_without_a_stroke() {
+    let bench = Bench::with_loop("close-loops");
+    let printed = bench.good("import run/map.npz --close-loops -o closed.npz");
+    assert!(printed.contains("re-association: "), "{printed}");
+    bench.good("evaluate closed.npz --truth run/truth.tum --report after.json");
+    bench.good("evaluate run/map.npz --truth run/truth.tum --report before.json");
+    let ate_m = |name: &str| bench.json(name)["ate_rmse_m"].as_f64().unwrap();
+    assert!(ate_m("after.json") < 0.1 * ate_m("before.json"));
+    bench.good("export closed.npz -o closed.g2o");
+    let edges = bench.text("closed.g2o").lines().filter(|l| l.starts_with("EDGE_SE2")).count();
+    let map = bench.map("closed.npz");
+    assert_eq!(edges, map.relative_factors.len() + map.automatic_factors.len());
+    // The report: what was found; refused, one less.
+    let report: Value =
+        serde_json::from_str(&bench.good("import run/map.npz --close-loops -o c.npz --report -")).unwrap();
+    let listed = report["automatic_factors"].as_array().unwrap();
+    assert_eq!(listed.len(), map.automatic_factors.len());
+    let name = listed[0]["name"].as_str().unwrap();
+    bench.good(&format!("import run/map.npz --close-loops --refuse {name} -o c.npz"));
+    assert!(bench.map("c.npz").automatic_factors.iter().all(|a| a.name() != name));
+    bench.refused("import run/map.npz --report r.json -o d.npz", &["--close-loops"]);
+    bench.scratch.file("empty.g2o", "VERTEX_SE2 0 0 0 0\n");
+    bench.refused("import empty.g2o --close-loops -o o.npz", &["map: points: found none"]);
+}
+
+#[test]
+fn a_raw_log_becomes_a_closed_map_with_a_pose_for_every_scan() {
+    let bench = Bench::with_loop("close-log");
+    bench.good("export run/map.npz -o raw.log");
+    bench.good("import raw.log --front-end scan-match --close-loops -o closed.npz");
+    bench.good("import raw.log --front-end scan-match -o open.npz");
+    let (closed, open) = (bench.map("closed.npz"), bench.map("open.npz"));
+    assert!(!closed.automatic_factors.is_empty() && closed.scans.len() == open.scans.len());
+    let moved =
+        closed.scans.iter().zip(&open.scans).filter(|(a, b)| a.parent_from_robot != b.parent_from_robot);
+    assert!(moved.count() > 0, "scans between poses are matched again");
 }

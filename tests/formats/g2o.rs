@@ -16,9 +16,9 @@ fn a_graph_comes_back_as_it_was_written() {
         assert!(read.warnings.is_empty());
         let expected = SlamMap {
             poses: map.poses.clone(),
-            vertex_ids: map.vertex_ids,
-            held: map.held,
-            relative_factors: map.relative_factors,
+            vertex_ids: map.vertex_ids.clone(),
+            held: map.held.clone(),
+            relative_factors: map.every_relative_factor().copied().collect(),
             observations: Observations::empty(30),
             ..SlamMap::default()
         };

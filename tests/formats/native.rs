@@ -194,3 +194,15 @@ fn numpy_opens_a_native_map() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(native::read(&b).unwrap().value, map);
 }
+
+#[test]
+fn a_map_from_before_automatic_factors_is_read() {
+    let scratch = Scratch::new("native-older");
+    let mut map = Dice::new(5).map(8);
+    native::write(&scratch.path("a.npz"), &map).unwrap();
+    let mut all = arrays(&scratch.path("a.npz"));
+    all.retain(|(name, _)| !name.starts_with("automatic_"));
+    pack(&scratch.path("b.npz"), &all, CompressionMethod::Stored);
+    map.automatic_factors.clear();
+    assert_eq!(native::read(&scratch.path("b.npz")).unwrap().value, map);
+}

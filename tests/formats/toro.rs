@@ -17,8 +17,8 @@ fn a_graph_comes_back_as_it_was_written_but_for_what_is_held() {
         assert!(read.warnings.is_empty());
         let expected = SlamMap {
             poses: map.poses.clone(),
-            vertex_ids: map.vertex_ids,
-            relative_factors: map.relative_factors,
+            vertex_ids: map.vertex_ids.clone(),
+            relative_factors: map.every_relative_factor().copied().collect(),
             observations: Observations::empty(30),
             ..SlamMap::default()
         };

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use hitl_slam::geometry::{Information, Pose2, Segment, Vec2};
 use hitl_slam::map::{
-    Feature, HumanFactor, Mode, Observations, RelativeFactor, ScanRecord, Sighting, SlamMap,
+    AutomaticFactor, Feature, HumanFactor, Mode, Observations, RelativeFactor, ScanRecord, Sighting, SlamMap,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -103,8 +103,21 @@ impl Dice {
             observations,
             scans: (0..2 * poses).map(|k| scan(k, self)).collect(),
             human_factors: Mode::ALL.iter().map(|&mode| self.human_factor(mode, poses)).collect(),
+            automatic_factors: (0..poses / 2).map(|k| self.automatic_factor(k, poses)).collect(),
             robot_from_laser: self.pose(),
             poses: chain,
+        }
+    }
+
+    fn automatic_factor(&mut self, k: usize, poses: usize) -> AutomaticFactor {
+        let factor =
+            RelativeFactor { i: k, j: poses - 1 - k, i_from_j: self.pose(), information: self.information() };
+        AutomaticFactor {
+            factor,
+            inliers: self.uniform(0.5, 1.0),
+            ambiguity: self.uniform(0.0, 1.0),
+            weak_rad: k.is_multiple_of(2).then(|| self.uniform(-1.5, 1.5)),
+            chi2: self.uniform(0.0, 30.0),
         }
     }
 

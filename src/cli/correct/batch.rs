@@ -41,6 +41,7 @@ struct Entry {
     accepted: usize,
     disabled: usize,
     rejected: Vec<Rejected>,
+    automatic_factors: usize,
     #[serde(skip)]
     is_internal: bool,
 }
@@ -147,6 +148,7 @@ fn entry(args: &Args, options: Options, name: &str, map: &Path, corrections: &Pa
             accepted: done.reports.iter().filter(|r| r.accepted()).count(),
             disabled: done.reports.iter().filter(|r| !r.enabled).count(),
             rejected: rejected.collect(),
+            automatic_factors: done.corrector.map().automatic_factors.len(),
             is_internal: false,
         })
     };
@@ -165,6 +167,7 @@ fn failed(name: &str, error: Error) -> Entry {
         accepted: 0,
         disabled: 0,
         rejected: Vec::new(),
+        automatic_factors: 0,
     }
 }
 

@@ -5,7 +5,7 @@ use hitl_slam::pipeline::Agreement;
 use serde::Serialize;
 
 /// What the report says of a correction that contradicts the rest.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Entry {
     pub id: String,
     /// True if the map was corrected without it.

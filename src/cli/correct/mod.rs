@@ -12,12 +12,12 @@ use std::time::Instant;
 use hitl_slam::error::{Error, Result};
 use hitl_slam::joint::Backend;
 use hitl_slam::map::{Correction, SlamMap};
-use hitl_slam::pipeline::{Agreement, CorrectionReport, Corrector, Options};
+use hitl_slam::pipeline::{Agreement, CorrectionReport, Corrector, Options, Reassociation};
 use hitl_slam::{interpret, io};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::options::at_least_one;
-use super::{Outcome, load, out, tunables};
+use super::{Outcome, load, out, reassociate, tunables};
 
 /// Correct a map: apply two-stroke corrections in order, each optimised with all that came before.
 ///
@@ -26,6 +26,8 @@ use super::{Outcome, load, out, tunables};
 ///   collinear      on one line, free to slide along it
 ///   parallel       same direction
 ///   perpendicular  at a right angle
+/// Then visits that come near each other are matched with each other (re-association): what fits
+/// becomes an automatic factor, found anew every time; --no-reassociate leaves it at the strokes.
 /// A correction that cannot be applied (no wall under a stroke, say) is rejected with its reason; the rest go on.
 /// `hitl correct MAP -c C.jsonl --interpret-only --pictures DIR` shows what the strokes catch before anything moves.
 #[derive(Debug, clap::Args)]
@@ -51,9 +53,8 @@ pub struct Args {
     #[arg(long)]
     interpret_only: bool,
 
-    /// Do not look for further loop closures after the strokes. There is no such search in this version.
-    #[arg(long)]
-    no_reassociate: bool,
+    #[command(flatten)]
+    reassociate: reassociate::Args,
 
     /// Also keep corrections that contradict the rest. Otherwise they are named, and the map is corrected without them.
     #[arg(long)]
@@ -90,6 +91,7 @@ struct Corrected {
     corrector: Corrector,
     reports: Reports,
     contradictions: Vec<contradictions::Entry>,
+    reassociation: Option<Reassociation>,
     /// The map as it was, if pictures are wanted.
     before: Option<SlamMap>,
     total_ms: f64,
@@ -117,8 +119,12 @@ fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<
         let contradictions = contradictions::entries(&mut agreement);
         (agreement.reports, contradictions)
     };
+    let reassociation = match args.reassociate.options()?.filter(|_| !args.interpret_only) {
+        Some(options) => Some(reassociate::run(&mut corrector, &options, args.input.is_dir())?),
+        None => None,
+    };
     let total_ms = start.elapsed().as_secs_f64() * 1e3;
-    Ok(Corrected { corrector, reports, contradictions, before, total_ms })
+    Ok(Corrected { corrector, reports, contradictions, reassociation, before, total_ms })
 }
 
 /// Runs the command.
@@ -131,19 +137,21 @@ pub fn run(args: &Args) -> Result<Outcome> {
         }
     }
     args.solver.require()?;
+    args.reassociate.options()?;
     let mut options = args.tunables.options()?;
     options.joint.backend = args.solver;
     if is_batch {
         at_least_one("--jobs", args.jobs.unwrap_or(1))?;
         return batch::run(args, options);
     }
-    let Corrected { corrector, reports, contradictions, before, total_ms } =
-        one(args, options, &args.input, &args.corrections)?;
-    let json = report::Report::new(&corrector, &args.tunables, &reports, contradictions, total_ms);
+    let done = one(args, options, &args.input, &args.corrections)?;
+    let json = report::Report::new(&done, &args.tunables);
+    let Corrected { corrector, reports, reassociation, before, .. } = done;
     let map = corrector.into_map();
     write_outputs(args, &map, before.as_ref(), &reports)?;
     if !super::report::is_on_stdout(args.report.as_deref()) {
-        out::print(&table::text(&json, args.interpret_only))?;
+        let found = reassociation.map(|r| reassociate::text(&map, &r)).unwrap_or_default();
+        out::print(&(table::text(&json, args.interpret_only) + &found))?;
     }
     super::report::write(args.report.as_deref(), &json)?;
     let rejected = reports.iter().any(|r| r.rejection.is_some() && r.enabled);

@@ -1,10 +1,11 @@
 //! The report of `hitl correct`, field by field as docs/FORMATS.md gives it.
 
 use hitl_slam::map::Mode;
-use hitl_slam::pipeline::{self, CorrectionReport, Corrector};
+use hitl_slam::pipeline::{self, CorrectionReport};
 use serde::Serialize;
 
-use super::contradictions;
+use super::{Corrected, contradictions};
+use crate::cli::reassociate;
 use crate::cli::report::peak_rss_mb;
 use crate::cli::tunables::Tunables;
 
@@ -19,8 +20,8 @@ pub struct Report {
     pub observations: usize,
     pub corrections: Vec<Entry>,
     pub contradictions: Vec<contradictions::Entry>,
-    automatic_factors: Vec<()>,
-    reassociate_ms: f64,
+    #[serde(flatten)]
+    reassociation: reassociate::Summary,
     pub total_ms: f64,
     pub peak_rss_mb: Option<f64>,
 }
@@ -81,13 +82,8 @@ struct Stroke {
 
 impl Report {
     /// Gathers everything.
-    pub fn new(
-        corrector: &Corrector,
-        tunables: &Tunables,
-        reports: &[CorrectionReport],
-        contradictions: Vec<contradictions::Entry>,
-        total_ms: f64,
-    ) -> Self {
+    pub fn new(done: &Corrected, tunables: &Tunables) -> Self {
+        let Corrected { corrector, reports, reassociation, total_ms, .. } = done;
         let map = corrector.map();
         Report {
             version: env!("CARGO_PKG_VERSION"),
@@ -97,10 +93,9 @@ impl Report {
             poses: map.poses.len(),
             observations: map.observations.len(),
             corrections: reports.iter().map(entry).collect(),
-            contradictions,
-            automatic_factors: Vec::new(),
-            reassociate_ms: 0.0,
-            total_ms,
+            contradictions: done.contradictions.clone(),
+            reassociation: reassociate::Summary::new(map, reassociation.as_ref()),
+            total_ms: *total_ms,
             peak_rss_mb: peak_rss_mb(),
         }
     }

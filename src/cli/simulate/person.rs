@@ -12,7 +12,8 @@ use crate::cli::{Outcome, load, options::at_least_one, out};
 /// Let a simulated person repair a map: look, draw two strokes, see the map heal, look again.
 ///
 /// The person draws where the map is visibly apart from what the reference says, worst first, until nothing is or the strokes
-/// are used up. Writes the corrections (input of `hitl correct --keep-contradictions`); --map also writes the repaired map. Scores against the same
+/// are used up. Writes the corrections; --map also writes the repaired map
+/// (what `hitl correct --no-reassociate --keep-contradictions` makes of them). Scores against the same
 /// reference flatter: it is known to the person.
 #[derive(clap::Args)]
 pub struct Args {

@@ -12,7 +12,9 @@ use super::npy::{self, Scalar};
 use crate::error::{Error, Result};
 use crate::geometry::{Information, Pose2, Segment, Vec2};
 use crate::io::Read;
-use crate::map::{Feature, HumanFactor, Mode, Observations, RelativeFactor, ScanRecord, Sighting, SlamMap};
+use crate::map::{
+    AutomaticFactor, Feature, HumanFactor, Mode, Observations, RelativeFactor, ScanRecord, Sighting, SlamMap,
+};
 
 /// Rows for which room is made before they are read: a header may promise anything.
 const ROWS_IN_ADVANCE: usize = 1 << 20;
@@ -39,7 +41,8 @@ pub fn read(path: &Path) -> Result<Read<SlamMap>> {
         stamps_s: arrays.optional("stamps")?,
         vertex_ids: arrays.optional("vertex_ids")?,
         held: arrays.indices("held")?,
-        relative_factors: arrays.relative_factors()?,
+        relative_factors: arrays.relative_factors("relative")?,
+        automatic_factors: arrays.automatic_factors()?,
         scans: arrays.scans()?,
         robot_from_laser: arrays.robot_from_laser()?,
         human_factors: Vec::new(),
@@ -105,8 +108,11 @@ impl Arrays {
 
     /// A column that need not be there.
     fn optional<T: Scalar + Default>(&mut self, field: &str) -> Result<Option<Vec<T>>> {
-        let is_there = self.zip.index_for_name(&format!("{field}.npy")).is_some();
-        if is_there { self.column(field).map(Some) } else { Ok(None) }
+        if self.has(field) { self.column(field).map(Some) } else { Ok(None) }
+    }
+
+    fn has(&self, field: &str) -> bool {
+        self.zip.index_for_name(&format!("{field}.npy")).is_some()
     }
 
     /// A column of indices.
@@ -155,23 +161,49 @@ impl Arrays {
         Ok(Observations { points, normals, ranges_m, starts })
     }
 
-    fn relative_factors(&mut self) -> Result<Vec<RelativeFactor>> {
-        let ij = self.rows::<i32, 2>("relative_ij", &[2])?;
-        let measured = self.poses("relative_measured")?;
-        self.same_length("relative_measured", measured.len(), ij.len(), "relative_ij")?;
-        let information = self.rows::<f64, 9>("relative_information", &[3, 3])?;
-        self.same_length("relative_information", information.len(), ij.len(), "relative_ij")?;
+    fn relative_factors(&mut self, prefix: &str) -> Result<Vec<RelativeFactor>> {
+        let names = ["ij", "measured", "information"].map(|field| format!("{prefix}_{field}"));
+        let [name_ij, name_measured, name_information] = &names;
+        let ij = self.rows::<i32, 2>(name_ij, &[2])?;
+        let measured = self.poses(name_measured)?;
+        self.same_length(name_measured, measured.len(), ij.len(), name_ij)?;
+        let information = self.rows::<f64, 9>(name_information, &[3, 3])?;
+        self.same_length(name_information, information.len(), ij.len(), name_ij)?;
         let mut factors = Vec::with_capacity(ij.len());
         for (k, (([i, j], i_from_j), matrix)) in ij.into_iter().zip(measured).zip(information).enumerate() {
             let (Ok(i), Ok(j)) = (usize::try_from(i), usize::try_from(j)) else {
                 let message = format!("factor {k}: found poses {i} and {j}, expected 0 or more");
-                return Err(self.error("relative_ij", message));
+                return Err(self.error(name_ij, message));
             };
             let information = Information::new(Matrix3::from_row_slice(&matrix))
-                .map_err(|m| self.error("relative_information", format_args!("factor {k}: {m}")))?;
+                .map_err(|m| self.error(name_information, format_args!("factor {k}: {m}")))?;
             factors.push(RelativeFactor { i, j, i_from_j, information });
         }
         Ok(factors)
+    }
+
+    /// None in maps from before there were any.
+    fn automatic_factors(&mut self) -> Result<Vec<AutomaticFactor>> {
+        if !self.has("automatic_ij") {
+            return Ok(Vec::new());
+        }
+        let factors = self.relative_factors("automatic")?;
+        let mut column = |field: &str| {
+            let values = self.column::<f64>(field)?;
+            self.same_length(field, values.len(), factors.len(), "automatic_ij").map(|()| values)
+        };
+        let (inliers, ambiguity) = (column("automatic_inliers")?, column("automatic_ambiguity")?);
+        let (weak, chi2) = (column("automatic_weak")?, column("automatic_chi2")?);
+        let is_weak = self.column::<u8>("automatic_is_weak")?;
+        self.same_length("automatic_is_weak", is_weak.len(), factors.len(), "automatic_ij")?;
+        let entry = |(k, factor)| AutomaticFactor {
+            factor,
+            inliers: inliers[k],
+            ambiguity: ambiguity[k],
+            weak_rad: (is_weak[k] != 0).then_some(weak[k]),
+            chi2: chi2[k],
+        };
+        Ok(factors.into_iter().enumerate().map(entry).collect())
     }
 
     fn scans(&mut self) -> Result<Vec<ScanRecord>> {

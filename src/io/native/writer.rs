@@ -11,7 +11,7 @@ use super::FORMAT_VERSION;
 use super::npy::{self, Scalar};
 use crate::error::{Error, Result};
 use crate::io::atomic;
-use crate::map::{Feature, HumanFactor, SlamMap};
+use crate::map::{AutomaticFactor, Feature, HumanFactor, RelativeFactor, SlamMap};
 
 /// Writes everything that a map holds.
 ///
@@ -26,6 +26,7 @@ pub fn write(path: &Path, map: &SlamMap) -> Result<()> {
     let ids = serde_json::to_vec(&ids).map_err(|e| Error::Internal(e.to_string()))?;
     write_arrays(path, |arrays| {
         arrays.write_graph(map)?;
+        arrays.write_automatic_factors(&map.automatic_factors)?;
         arrays.write_points(map)?;
         arrays.write_human_factors(&map.human_factors, &ids)
     })
@@ -78,15 +79,36 @@ impl Arrays<'_> {
             self.put("vertex_ids", &[n], ids.iter().copied())?;
         }
         self.put("held", &[map.held.len()], map.held.iter().map(|&h| h as i32))?;
-        let factors = || map.relative_factors.iter();
-        self.put("relative_ij", &[m, 2], factors().flat_map(|f| [f.i as i32, f.j as i32]))?;
-        self.put("relative_measured", &[m, 3], factors().flat_map(|f| f.i_from_j.to_array()))?;
-        let rows = |f: &crate::map::RelativeFactor| f.information.matrix().transpose().data.0;
-        self.put("relative_information", &[m, 3, 3], factors().flat_map(|f| rows(f).into_iter().flatten()))?;
+        self.put_factors("relative", m, || map.relative_factors.iter())?;
         self.put("scan_stamp", &[k], map.scans.iter().map(|s| s.stamp_s))?;
         self.put("scan_parent", &[k], map.scans.iter().map(|s| s.parent as i32))?;
         self.put("scan_offset", &[k, 3], map.scans.iter().flat_map(|s| s.parent_from_robot.to_array()))?;
         self.put("robot_from_laser", &[3], map.robot_from_laser.to_array())
+    }
+
+    /// The three arrays of `count` relative factors.
+    fn put_factors<'a, I: Iterator<Item = &'a RelativeFactor>>(
+        &mut self,
+        prefix: &str,
+        count: usize,
+        factors: impl Fn() -> I,
+    ) -> io::Result<()> {
+        let name = |field: &str| format!("{prefix}_{field}");
+        self.put(&name("ij"), &[count, 2], factors().flat_map(|f| [f.i as i32, f.j as i32]))?;
+        self.put(&name("measured"), &[count, 3], factors().flat_map(|f| f.i_from_j.to_array()))?;
+        let rows = |f: &RelativeFactor| f.information.matrix().transpose().data.0;
+        let entries = factors().flat_map(|f| rows(f).into_iter().flatten());
+        self.put(&name("information"), &[count, 3, 3], entries)
+    }
+
+    fn write_automatic_factors(&mut self, factors: &[AutomaticFactor]) -> io::Result<()> {
+        let n = factors.len();
+        self.put_factors("automatic", n, || factors.iter().map(|a| &a.factor))?;
+        self.put("automatic_inliers", &[n], factors.iter().map(|a| a.inliers))?;
+        self.put("automatic_ambiguity", &[n], factors.iter().map(|a| a.ambiguity))?;
+        self.put("automatic_is_weak", &[n], factors.iter().map(|a| u8::from(a.weak_rad.is_some())))?;
+        self.put("automatic_weak", &[n], factors.iter().map(|a| a.weak_rad.unwrap_or(0.0)))?;
+        self.put("automatic_chi2", &[n], factors.iter().map(|a| a.chi2))
     }
 
     fn write_points(&mut self, map: &SlamMap) -> io::Result<()> {

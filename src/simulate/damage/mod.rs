@@ -155,7 +155,7 @@ pub fn log(log: &RawLog, settings: &Settings) -> Result<(RawLog, Vec<Damage>)> {
 }
 
 /// A damaged map: relative factors between neighbours altered, information left, poses chained anew. Factors between other
-/// poses (closures) stay, and so do the points.
+/// poses (closures) stay, and so do the points; automatic factors go: they were found on the map as it was.
 ///
 /// # Errors
 /// [`Error::Input`] as [`log`]; for a kind that only a log can have; for a map with corrections, which would be about poses
@@ -173,6 +173,7 @@ pub fn map(map: &SlamMap, settings: &Settings) -> Result<(SlamMap, Vec<Damage>)>
     let drive = Drive { poses: map.poses.clone(), stamps_s: map.stamps_s.clone() };
     let plan = Plan::new("map", &drive, settings)?;
     let mut damaged = map.clone();
+    damaged.automatic_factors.clear();
     damaged.poses = chained(&map.poses, &plan.errors);
     for factor in &mut damaged.relative_factors {
         if factor.j == factor.i + 1 {
