@@ -72,10 +72,12 @@ fn files(c: &mut Criterion) {
     std::fs::create_dir_all(&folder).expect("a scratch folder");
     let text = folder.join("map.stfs.covars");
     let native = folder.join("map.npz");
-    for path in [&text, &native] {
+    let graph = folder.join("map.g2o");
+    for path in [&text, &native, &graph] {
         io::write_map(path, &large.map).expect("the map can be written");
     }
     c.bench_function(&format!("load stfs.covars/{poses}"), |b| b.iter(|| io::stfs::read(black_box(&text))));
+    c.bench_function(&format!("load g2o/{poses}"), |b| b.iter(|| io::g2o::read(black_box(&graph))));
     c.bench_function(&format!("load npz/{poses}"), |b| b.iter(|| io::native::read(black_box(&native))));
     let _ = std::fs::remove_dir_all(&folder);
 }

@@ -5,7 +5,8 @@
 //! [`io`] reads a log or map → [`front_end`] makes the pose chain → [`map`] is the factor graph →
 //! [`interpret`] finds out what two strokes meant (EM) → [`explicit`] moves the map as they say →
 //! [`copslam`] spreads the jump over the loop → [`joint`] optimises poses and human factors together →
-//! [`metrics`] and [`render`] show what came out. [`pipeline`] is the whole of it in one call.
+//! [`metrics`] and [`render`] show what came out. [`pipeline`] is the whole of it in one call,
+//! [`session`] a person's work with it, event by event.
 //!
 //! Metres, radians, seconds; tangent order (x, y, θ). Conventions: `docs/CONVENTIONS.md`; formulas: `docs/MATH.md`.
 
@@ -28,5 +29,8 @@ pub mod pedestrian;
 pub mod pipeline;
 pub mod render;
 pub mod scan_match;
+#[cfg(feature = "serve")]
+pub mod serve;
+pub mod session;
 pub mod simulate;
 pub mod solver;

@@ -70,6 +70,35 @@ fn the_square_root_of_an_information_matrix_whitens_it_the_right_way_round() {
 }
 
 #[test]
+fn the_nearest_information_is_definite_and_nothing_definite_is_nearer() {
+    let dice = &mut Dice::new(9);
+    let random = |dice: &mut Dice| Matrix3::from_fn(|_, _| dice.normal(100.0));
+    let mut indefinite = 0;
+    for _ in 0..200 {
+        let a = random(dice);
+        let matrix = a + a.transpose();
+        indefinite += usize::from(Information::new(matrix).is_err());
+        let nearest = Information::nearest(matrix).unwrap().matrix();
+        assert!(nearest.cholesky().is_some());
+        let distance = (nearest - matrix).norm();
+        for _ in 0..50 {
+            let b = random(dice) * 0.2;
+            let other = nearest.cholesky().unwrap().l() + b;
+            assert!((other * other.transpose() - matrix).norm() >= distance * (1.0 - 1e-6), "{matrix}");
+        }
+    }
+    assert!(indefinite > 100);
+    let definite = dice.information();
+    assert!(
+        (Information::nearest(definite.matrix()).unwrap().matrix() - definite.matrix()).amax()
+            < 1e-9 * 8100.0
+    );
+    assert!(Information::nearest(Matrix3::zeros()).is_err());
+    assert!(Information::nearest(Matrix3::repeat(f64::NAN)).is_err());
+    assert!(Information::nearest(-Matrix3::identity()).unwrap().matrix().amax() < 1e-8);
+}
+
+#[test]
 fn an_information_matrix_that_is_not_positive_definite_is_refused() {
     assert!(Information::new(Matrix3::new(1.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0)).is_err());
     assert!(Information::new(Matrix3::identity() * f64::NAN).is_err());

@@ -109,8 +109,8 @@ fn the_core_does_not_print_nor_look_at_its_surroundings() {
 
 #[test]
 fn no_file_is_longer_than_400_lines() {
-    for folder in ["src", "tests", "cpp", "benches"] {
-        for path in files(folder, &["rs", "cc", "h", "ts"]) {
+    for folder in ["src", "tests", "cpp", "benches", "page/src", "page/tests"] {
+        for path in files(folder, &["rs", "cc", "h", "ts", "mjs", "css"]) {
             let lines = text(&path).lines().count();
             assert!(lines <= 400, "{}: {lines} lines", path.display());
         }

@@ -40,6 +40,11 @@ mod render;
 mod scan_match;
 /// What single scenarios claim of themselves.
 mod scenarios;
+/// The interactive tool's server: who may ask, and what survives.
+#[cfg(feature = "serve")]
+mod serve;
+/// Sessions: undo, replay, and a file that loses nothing.
+mod session;
 /// Simulated worlds against their own claims.
 mod simulate;
 /// Each stage of the pipeline by itself.

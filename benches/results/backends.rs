@@ -20,7 +20,10 @@ pub fn section() -> Result<Section> {
                     last Gauss–Newton steps (docs/MATH.md, Solver). Iterations: steps tried, mean.\n\n\
                     | | samples | Rust | Ceres | Ceres/Rust | iterations, Rust | iterations, Ceres |\n|---|---|---|---|---|---|---|\n"
         .into();
-    for (scenario, repetitions) in [(Scenario::Loop, 20), (Scenario::Campus, 12)] {
+    for (scenario, repetitions, bound, why) in [
+        (Scenario::Loop, 20, 1.0, "Ceres, same problems, same run"),
+        (Scenario::Campus, 12, 0.05, "issue: 20 times faster than our Ceres back end"),
+    ] {
         let s = runs::simulated(scenario, 1, 0.02)?;
         let mut checks = Vec::new();
         for _ in 0..repetitions {
@@ -45,10 +48,19 @@ pub fn section() -> Result<Section> {
         section.claims.push(Claim {
             what: format!("{poses} poses: our time of a joint optimisation, share of Ceres' (median)"),
             measured: 1.0 / ratio.median(),
-            bound: 1.0,
+            bound,
             unit: "",
-            decimals: 2,
-            why: "Ceres, same problems, same run",
+            decimals: 3,
+            why,
+        });
+        let apart = checks.iter().map(|c| c.totals.relative_cost_difference).fold(0.0, f64::max);
+        section.claims.push(Claim {
+            what: format!("{poses} poses: final costs of the two on these problems differ by"),
+            measured: apart,
+            bound: 1e-8,
+            unit: "",
+            decimals: 0,
+            why: "issue",
         });
     }
     Ok(section)

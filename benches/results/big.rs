@@ -26,9 +26,14 @@ const TEXT_MB: f64 = 74.0;
 /// The campus of seed 1 driven again with 5,000 poses on its way and a laser of as many beams as give two million
 /// returns. A stroke keeps its place in the world as its robot saw it, from the new pose next to its own.
 pub fn map() -> Result<Simulation> {
+    dense(POSES, POINTS)
+}
+
+/// The same with so many poses and returns.
+pub fn dense(poses_wanted: usize, points_wanted: f64) -> Result<Simulation> {
     let s = runs::simulated(Scenario::Campus, 1, 0.02)?;
-    let (old, new) = (s.truth.len() - 1, POSES - 1);
-    let truth: Vec<Pose2> = (0..POSES)
+    let (old, new) = (s.truth.len() - 1, poses_wanted - 1);
+    let truth: Vec<Pose2> = (0..poses_wanted)
         .map(|k| {
             let at = (k * old) as f64 / new as f64;
             let before = (at as usize).min(old - 1);
@@ -38,7 +43,7 @@ pub fn map() -> Result<Simulation> {
     let world = World::new(s.walls.clone());
     let mut lidar = Lidar::half_circle(12.0);
     let returns_per_beam = s.map.observations.len() as f64 / (s.truth.len() * lidar.beams) as f64;
-    lidar.beams = (1.002 * POINTS / POSES as f64 / returns_per_beam).ceil() as usize;
+    lidar.beams = (1.002 * points_wanted / poses_wanted as f64 / returns_per_beam).ceil() as usize;
     let (mut observations, mut seen) = (Observations::default(), Vec::new());
     let mut random = ChaCha8Rng::seed_from_u64(1);
     for &pose in &truth {
@@ -60,7 +65,7 @@ pub fn map() -> Result<Simulation> {
     let corrections =
         s.corrections.iter().map(|c| Correction { a: again(c.a), b: again(c.b), ..c.clone() }).collect();
     let map = SlamMap {
-        stamps_s: Some((0..POSES).map(|k| k as f64 * 0.3).collect()),
+        stamps_s: Some((0..poses_wanted).map(|k| k as f64 * 0.3).collect()),
         poses,
         relative_factors,
         observations,

@@ -1,4 +1,4 @@
-//! Public pose graphs on both solvers, from the poses in the file.
+//! Public pose graphs on both solvers, from the poses in the file, against what has to be reached.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -29,8 +29,20 @@ const GRAPHS: [(&str, f64); 16] = [
     ("ring", 11.1631),
 ];
 
+/// What our solver has to reach from the file's own start at its defaults, and with how many decimals (issue).
+const TARGETS: [(&str, f64, usize); 8] = [
+    ("INTEL", 215.83, 2),
+    ("MITb", 41.163, 3),
+    ("M3500", 137.913, 3),
+    ("M3500a", 912.1, 1),
+    ("city10000", 511.985, 3),
+    ("ais2klinik", 172.816, 3),
+    ("ring", 11.163, 3),
+    ("M3500b", 3906.2, 1),
+];
+
 /// Σ eᵀΩe written out anew.
-fn independent_chi2(map: &SlamMap) -> f64 {
+pub fn independent_chi2(map: &SlamMap) -> f64 {
     let mut sum = 0.0;
     for f in &map.relative_factors {
         let [xi, yi, ti] = map.poses[f.i].to_array();
@@ -63,7 +75,7 @@ fn solved(map: &SlamMap, backend: Backend) -> Result<Solved> {
     Ok(Solved { report, chi2: independent_chi2(&map), ms })
 }
 
-fn path(name: &str) -> PathBuf {
+pub fn path(name: &str) -> PathBuf {
     project("../shared/data/g2o_2d").join(format!("{name}.g2o.xz"))
 }
 
@@ -84,7 +96,7 @@ pub fn section() -> Result<Section> {
                     |---|---|---|---|---|---|---|---|---|\n"
         .into();
     let (mut apart, mut misreported) = (0.0_f64, 0.0_f64);
-    let (mut both, mut early, mut local) = (0, Vec::new(), Vec::new());
+    let (mut both, mut ours_early, mut early, mut local) = (0, 0, Vec::new(), Vec::new());
     for (name, best) in GRAPHS.into_iter().filter(|(name, _)| path(name).exists()) {
         let map = io::g2o::read(&path(name))?.value;
         let before = independent_chi2(&map);
@@ -92,6 +104,7 @@ pub fn section() -> Result<Section> {
         for s in [&rust, &ceres] {
             misreported = misreported.max(relative(s.report.final_chi2, s.chi2));
         }
+        ours_early += usize::from(!rust.report.solve.termination.converged());
         let ends = [&rust, &ceres].map(|s| s.report.solve.termination);
         if ends.iter().all(|e| e.converged()) {
             both += 1;
@@ -101,6 +114,16 @@ pub fn section() -> Result<Section> {
             }
         } else {
             early.push(name);
+        }
+        if let Some(&(_, bound, decimals)) = TARGETS.iter().find(|t| t.0 == name) {
+            section.claims.push(Claim {
+                what: format!("{name}: χ² from the file's own start, default settings"),
+                measured: rust.chi2,
+                bound,
+                unit: "",
+                decimals,
+                why: "issue",
+            });
         }
         let [end_rust, end_ceres] = ends.map(|e| e.name().replace('_', " "));
         section.body += &format!(
@@ -117,9 +140,8 @@ pub fn section() -> Result<Section> {
     }
     section.body += &format!(
         "\nBoth converge on {both}, to the same χ². Stopped early by at least one, and said so (*max iterations*, not converged): {}; what stands there is \
-         where it stopped, no minimum. A minimum, but not the best one known: {}. Neither solver looks for a better start than the file's: from raw \
-         odometry that is what these graphs need.\n",
-        early.join(", "),
+         where it stopped, no minimum. A minimum, but not the best one known: {}.\n",
+        if early.is_empty() { "none".into() } else { early.join(", ") },
         if local.is_empty() { "none".into() } else { local.join(", ") },
     );
     let claim = |what: &str, measured, bound, why| Claim {
@@ -130,15 +152,15 @@ pub fn section() -> Result<Section> {
         decimals: 0,
         why,
     };
-    section.claims = vec![
+    section.claims.extend([
         claim("public graphs on which both converge: χ² of the two differ by", apart, 1e-8, "as crosscheck"),
         claim("public graphs: reported χ² is off the independent one by", misreported, 1e-9, "rounding"),
         claim(
-            "public graphs on which a solver stops early",
-            early.len() as f64,
-            4.0,
-            "INTEL, M3500a, M3500b, ais2klinik: known",
+            "public graphs on which our solver stops early",
+            ours_early as f64,
+            0.0,
+            "issue: no failure on any file",
         ),
-    ];
+    ]);
     Ok(section)
 }

@@ -10,8 +10,10 @@ mod baseline;
 mod big;
 mod child;
 mod closures;
+mod cpu;
 mod crosscheck;
 mod effort;
+mod false_closures;
 mod figures;
 mod formulations;
 mod graphs;
@@ -19,8 +21,12 @@ mod inconsistency;
 mod invariance;
 mod page;
 mod paper_figures;
+mod path_match;
+mod peers;
 mod runs;
 mod scan_match;
+mod serve;
+mod solvers;
 mod stats;
 mod table1;
 mod time;
@@ -34,7 +40,7 @@ use page::{Result, Section};
 type Measure = fn() -> Result<Section>;
 
 /// In the order of the page.
-const SECTIONS: [(&str, Measure); 18] = [
+const SECTIONS: &[(&str, Measure)] = &[
     ("accuracy", accuracy::section),
     ("invariance", invariance::section),
     ("along-line", along_line::section),
@@ -49,9 +55,12 @@ const SECTIONS: [(&str, Measure); 18] = [
     ("backends", backends::section),
     ("paper", formulations::section),
     ("graphs", graphs::section),
+    ("solvers", solvers::section),
+    ("false-closures", false_closures::section),
     ("table1", table1::section),
     ("inconsistency", inconsistency::section),
     ("ablations", ablations::section),
+    ("serve", serve::section),
     ("figures", paper_figures::section),
 ];
 
@@ -64,12 +73,12 @@ fn main() -> Result<()> {
     }
     let wanted: Vec<&str> = arguments.iter().map(String::as_str).filter(|a| !a.starts_with('-')).collect();
     if let Some(unknown) = wanted.iter().find(|w| SECTIONS.iter().all(|(name, _)| name != *w)) {
-        let names = SECTIONS.map(|(name, _)| name).join(", ");
+        let names = SECTIONS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         return Err(format!("found section \"{unknown}\", expected some of {names}").into());
     }
     let start = Instant::now();
     let mut sections = Vec::new();
-    for (name, measure) in SECTIONS {
+    for &(name, measure) in SECTIONS {
         if wanted.is_empty() || wanted.contains(&name) {
             let begun = Instant::now();
             sections.push(measure()?);

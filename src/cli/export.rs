@@ -46,40 +46,18 @@ pub fn run(args: &Args) -> Result<Outcome> {
     if !args.yaw_deg.is_finite() {
         return Err(Error::input("--yaw-deg", format_args!("found {}, expected a number", args.yaw_deg)));
     }
-    let extension = args.output.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
-        "clf" | "log" | "ply" => io::atomic::check(&args.output)?,
-        "pgm" => {
-            io::atomic::check(&args.output)?;
-            io::atomic::check(&io::occupancy::yaml_path(&args.output))?;
-        }
-        "npz" | "g2o" | "covars" | "stfs" | "tum" | "txt" | "graph" | "toro" => {
-            io::check_map_path(&args.output)?;
-        }
-        _ => {
-            let message = "found no known extension, expected .npz, .g2o, .stfs.covars, .tum, .txt, .clf, .log, .ply or .pgm";
-            return Err(Error::input(args.output.display(), message));
-        }
-    }
-    if args.log.is_some() && !["clf", "log"].contains(&extension.as_str()) {
+    io::export::check(&args.output)?;
+    if args.log.is_some() && !["clf", "log"].contains(&io::export::extension(&args.output).as_str()) {
         return Err(Error::input("--log", "found with another format, expected it with .clf or .log only"));
     }
     let map = load::map(&args.input)?;
-    match extension.as_str() {
-        "clf" | "log" => {
-            let log = match &args.log {
-                Some(log) => io::carmen_log::corrected(&raw(log)?, &map.trajectory())?,
-                None => io::carmen_log::of_map(&map),
-            };
-            io::carmen_log::write(&args.output, &log)?;
-        }
-        "ply" => io::ply::write(&args.output, &map)?,
-        "pgm" => {
-            let grid = io::occupancy::draw(&map, args.resolution_m, args.yaw_deg.to_radians())?;
-            io::occupancy::write(&args.output, &grid)?;
-        }
-        _ => io::write_map(&args.output, &map)?,
-    }
+    let log = args.log.as_deref().map(raw).transpose()?;
+    let options = io::export::Options {
+        resolution_m: args.resolution_m,
+        yaw_rad: args.yaw_deg.to_radians(),
+        log: log.as_ref(),
+    };
+    io::export::write(&args.output, &map, &options)?;
     out::print(&format!(
         "{}: {} poses, {} points\n",
         args.output.display(),

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use hitl_slam::error::{Error, Result};
 use hitl_slam::front_end::{self, Chain};
-use hitl_slam::io::{self, Source};
-use hitl_slam::map::{Correction, Observations, RawLog, Relation, SlamMap, Trajectory, Wall, WallPair};
+use hitl_slam::io::{self, Indefinite, Source};
+use hitl_slam::map::{Correction, RawLog, Relation, SlamMap, Trajectory, Wall, WallPair};
+use hitl_slam::session;
 
 use super::out;
 
@@ -25,17 +26,14 @@ pub fn source(path: &Path) -> Result<Source> {
 
 /// A map: as it is, or from a raw log by its odometry; a trajectory is a map without factors and points.
 pub fn map(path: &Path) -> Result<SlamMap> {
-    match source(path)? {
-        Source::Map(map) => Ok(map),
-        Source::Trajectory(trajectory) => Ok(SlamMap {
-            observations: Observations::empty(trajectory.poses.len()),
-            stamps_s: Some(trajectory.stamps_s),
-            poses: trajectory.poses,
-            ..SlamMap::default()
-        }),
-        Source::Log(log) => map_of(&log, Chain::Odometry, &front_end::Options::default()),
-        _ => Err(Error::input(path.display(), "found something else, expected a map, a pose graph or a log")),
-    }
+    map_with(path, Indefinite::Refuse)
+}
+
+/// The same, with a choice of what happens to a pose graph's information that is not positive definite.
+pub fn map_with(path: &Path, indefinite: Indefinite) -> Result<SlamMap> {
+    let read = front_end::open(path, indefinite)?;
+    remark(&read.warnings);
+    Ok(read.value)
 }
 
 /// A map from a raw log.
@@ -70,11 +68,30 @@ pub fn relations(path: &Path) -> Result<Vec<Relation>> {
     Ok(read.value)
 }
 
-/// A file of corrections.
+/// A file of corrections, or the corrections that a session leaves.
 pub fn corrections(path: &Path) -> Result<Vec<Correction>> {
+    Ok(wanted(path)?.corrections)
+}
+
+/// What a file of corrections or a session wants of a map. A session's settings are not looked at: the flags count.
+pub fn wanted(path: &Path) -> Result<session::State> {
+    if session::is_session(path) {
+        let content = session::read(path)?;
+        remark(content.remark.as_slice());
+        let history =
+            content.history().map_err(|(line, message)| Error::line(path.display(), line, message))?;
+        let state = history.state().clone();
+        if state.corrections.is_empty() {
+            return Err(Error::input(
+                path.display(),
+                "found a session without corrections, expected at least one",
+            ));
+        }
+        return Ok(state);
+    }
     let read = io::corrections::read(path)?;
     remark(&read.warnings);
-    Ok(read.value)
+    Ok(session::State { corrections: read.value, ..session::State::default() })
 }
 
 /// A file of true walls.

@@ -14,13 +14,18 @@ mod import;
 mod inconsistency;
 mod info;
 mod load;
+mod loss;
 mod optimize;
 mod options;
 mod out;
+mod outliers;
 mod picture;
 mod reassociate;
 mod render;
+mod replay;
 mod report;
+#[cfg(feature = "serve")]
+mod serve;
 mod simulate;
 mod tunables;
 mod usage;
@@ -47,12 +52,15 @@ enum Command {
     Inconsistency(inconsistency::Args),
     Render(render::Args),
     Export(export::Args),
+    #[cfg(feature = "serve")]
+    Serve(serve::Args),
+    Replay(replay::Args),
     Simulate(simulate::Args),
     Feetslam(feetslam::Args),
 }
 
 const FIRST_STEPS: &str = "\
-First steps, on a simulated robot's run:
+First steps: `hitl serve` opens the interactive tool in the browser. Or, on a simulated robot's run:
   hitl simulate loop -o run
   hitl correct run/map.npz -c run/corrections.jsonl -o run/corrected.npz
   hitl evaluate run/corrected.npz --truth run/truth.tum
@@ -99,6 +107,9 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Inconsistency(args) => inconsistency::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Export(args) => export::run(&args),
+        #[cfg(feature = "serve")]
+        Command::Serve(args) => serve::run(&args),
+        Command::Replay(args) => replay::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Feetslam(args) => feetslam::run(&args),
     }

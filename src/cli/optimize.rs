@@ -4,15 +4,16 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use hitl_slam::error::Result;
-use hitl_slam::io;
+use hitl_slam::io::{self, Indefinite};
 use hitl_slam::joint::{self, Backend};
 use hitl_slam::solver::Termination;
 
-use super::{Outcome, load, out, report};
+use super::{Outcome, load, out, outliers, report};
 
 /// Optimise a pose graph: relative factors only, human factors left out.
 ///
 /// The first vertex is held unless the graph says which (FIX); a graph in separate parts has one vertex held in each.
+/// False loop closures: `--gnc` finds and leaves them out, `--loss` weakens them.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The graph: g2o, TORO or a native map.
@@ -26,6 +27,11 @@ pub struct Args {
     /// At most so many accepted steps.
     #[arg(long, default_value_t = 50, value_name = "N")]
     max_iterations: usize,
+    /// Take the nearest positive definite matrix where an edge's information is not (else: refused at its line).
+    #[arg(long)]
+    repair_information: bool,
+    #[command(flatten)]
+    robust: outliers::Args,
     /// Write the numbers as JSON; `-` is stdout.
     #[arg(long, value_name = "R.json")]
     report: Option<PathBuf>,
@@ -43,6 +49,8 @@ struct Numbers {
     load_ms: f64,
     order_ms: f64,
     optimize_ms: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robust: Option<outliers::Found>,
 }
 
 /// Runs the command.
@@ -51,12 +59,14 @@ pub fn run(args: &Args) -> Result<Outcome> {
     super::options::at_least_one("--max-iterations", args.max_iterations)?;
     io::check_map_path(&args.output)?;
     let clock = Instant::now();
-    let mut map = load::map(&args.graph)?;
-    let load_ms = milliseconds(clock);
     let mut options = joint::Options { backend: args.solver, ..Default::default() };
     options.solver.max_iterations = args.max_iterations;
+    args.robust.set(&mut options)?;
+    let indefinite = if args.repair_information { Indefinite::Repair } else { Indefinite::Refuse };
+    let mut map = load::map_with(&args.graph, indefinite)?;
+    let load_ms = milliseconds(clock);
     let clock = Instant::now();
-    let done = joint::optimize_graph(&mut map, &options)?;
+    let done = args.robust.optimize(&mut map, &options)?;
     let all_ms = milliseconds(clock);
     let numbers = Numbers {
         vertices: map.poses.len(),
@@ -68,6 +78,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
         load_ms,
         order_ms: done.solve.timings.order_ms,
         optimize_ms: all_ms - done.solve.timings.order_ms,
+        robust: args.robust.found(&map, &options),
     };
     io::write_map(&args.output, &map)?;
     load::remark(&done.solve.warnings);
@@ -82,13 +93,14 @@ fn text(n: &Numbers) -> String {
     let converged = if n.termination.converged() { "" } else { ", not converged" };
     format!(
         "{} vertices, {} edges\nchi2 {:.6} -> {:.6} in {} iterations ({}{converged})\n\
-         load {:.1} ms, order {:.1} ms, optimize {:.1} ms\n",
+         {}load {:.1} ms, order {:.1} ms, optimize {:.1} ms\n",
         n.vertices,
         n.edges,
         n.initial_chi2,
         n.final_chi2,
         n.iterations,
         n.termination.name().replace('_', " "),
+        n.robust.as_ref().map(outliers::Found::text).unwrap_or_default(),
         n.load_ms,
         n.order_ms,
         n.optimize_ms,

@@ -4,10 +4,10 @@ use clap::ValueEnum;
 use hitl_slam::error::Result;
 use hitl_slam::joint::{Formulation, Normalization};
 use hitl_slam::pipeline::Options;
-use hitl_slam::solver::Loss;
 use serde::Serialize;
 
-use crate::cli::options::{at_least_one, positive};
+use super::loss::LossArgs;
+use super::options::{at_least_one, positive};
 
 /// Flags of the pipeline.
 #[derive(Debug, Clone, clap::Args, Serialize)]
@@ -45,13 +45,10 @@ pub struct Tunables {
     #[arg(long, value_name = "RAD", default_value_t = Options::default().joint.angle_sigma_rad)]
     pub angle_sigma_rad: f64,
 
-    /// Robust loss on loop closures and on relations.
-    #[arg(long, value_enum, default_value = "none")]
-    pub loss: LossFlag,
-
-    /// Scale of the loss, standard deviations.
-    #[arg(long, value_name = "S", default_value_t = 2.0)]
-    pub loss_scale: f64,
+    /// The loss.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub loss: LossArgs,
 
     /// Scale of the bounded loss on automatic factors (re-association), standard deviations.
     #[arg(long, value_name = "S", default_value_t = Options::default().joint.automatic_loss_scale)]
@@ -76,20 +73,6 @@ pub enum NormalizationFlag {
     Mean,
 }
 
-/// [`Loss`] as a flag.
-#[derive(Debug, Clone, Copy, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LossFlag {
-    /// Least squares.
-    None,
-    /// Quadratic, then linear.
-    Huber,
-    /// Logarithmic.
-    Cauchy,
-    /// Bounded.
-    GemanMcClure,
-}
-
 impl Tunables {
     /// The pipeline's options.
     pub fn options(&self) -> Result<Options> {
@@ -106,12 +89,7 @@ impl Tunables {
         options.joint.offset_sigma_m = self.offset_sigma_m;
         options.joint.angle_sigma_rad = self.angle_sigma_rad;
         options.joint.formulation = self.formulation;
-        options.joint.loss = match self.loss {
-            LossFlag::None => Loss::None,
-            LossFlag::Huber => Loss::Huber(self.loss_scale),
-            LossFlag::Cauchy => Loss::Cauchy(self.loss_scale),
-            LossFlag::GemanMcClure => Loss::GemanMcClure(self.loss_scale),
-        };
+        options.joint.loss = self.loss.loss()?;
         options.joint.automatic_loss_scale = self.automatic_loss_scale;
         options.joint.solver.max_iterations = self.max_iterations;
         options.interpret.validate()?;
@@ -126,7 +104,6 @@ impl Tunables {
         positive("--tie-sigma-m", self.tie_sigma_m)?;
         positive("--offset-sigma-m", self.offset_sigma_m)?;
         positive("--angle-sigma-rad", self.angle_sigma_rad)?;
-        positive("--loss-scale", self.loss_scale)?;
         positive("--automatic-loss-scale", self.automatic_loss_scale)?;
         at_least_one("--max-iterations", self.max_iterations)
     }

@@ -23,10 +23,27 @@ use crate::pipeline::{self, Corrector};
 /// # Errors
 /// [`crate::error::Error::Input`] if this build has no Ceres, or as [`Corrector::new`] and [`Corrector::prepare`].
 pub fn run(map: SlamMap, corrections: &[Correction], options: &pipeline::Options) -> Result<CrossCheck> {
+    run_while(map, corrections, options, &mut |_, _| true)
+}
+
+/// Like [`run`], as long as `progress(done, of)`, asked before every correction, answers true.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_while(
+    map: SlamMap,
+    corrections: &[Correction],
+    options: &pipeline::Options,
+    progress: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<CrossCheck> {
     Backend::Ceres.require()?;
     let mut corrector = Corrector::new(map, *options)?;
     let mut checks = Vec::new();
-    for correction in corrections.iter().filter(|c| c.enabled) {
+    let of = corrections.iter().filter(|c| c.enabled).count();
+    for (done, correction) in corrections.iter().filter(|c| c.enabled).enumerate() {
+        if !progress(done, of) {
+            break;
+        }
         let mut prepared = match corrector.prepare(correction)? {
             Ok(prepared) => prepared,
             Err(report) => {

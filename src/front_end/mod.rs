@@ -14,8 +14,11 @@ mod rematch;
 mod scan_match;
 mod stamps;
 
+use std::path::Path;
+
 use crate::error::{Error, Result};
 use crate::geometry::Pose2;
+use crate::io::{self, Source};
 use crate::map::{LogScan, Observations, RawLog, RelativeFactor, ScanRecord, SlamMap, Trajectory};
 pub use noise::OdometryNoise;
 pub use options::Options;
@@ -71,6 +74,29 @@ pub fn build(log: &RawLog, chain: Chain<'_>, options: &Options) -> Result<(SlamM
     }
     map.validate("log")?;
     Ok((map, warnings))
+}
+
+/// Any input file as a map: as it is, or from a raw log by its odometry; a trajectory is a map without factors and points.
+///
+/// # Errors
+/// As [`io::read_with`] and [`build`].
+pub fn open(path: &Path, indefinite: io::Indefinite) -> Result<io::Read<SlamMap>> {
+    let (_, io::Read { value, mut warnings }) = io::read_with(path, indefinite)?;
+    let map = match value {
+        Source::Map(map) => map,
+        Source::Trajectory(trajectory) => SlamMap {
+            observations: Observations::empty(trajectory.poses.len()),
+            stamps_s: Some(trajectory.stamps_s),
+            poses: trajectory.poses,
+            ..SlamMap::default()
+        },
+        Source::Log(log) => {
+            let (map, more) = build(&log, Chain::Odometry, &Options::default())?;
+            warnings.extend(more);
+            map
+        }
+    };
+    Ok(io::Read { value: map, warnings })
 }
 
 /// A map without points, and which scan was made at which pose.

@@ -4,6 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Vec2;
 
+/// Smallest eigenvalue of a repaired matrix, as a share of the largest magnitude.
+const NEAREST_FLOOR: f64 = 1e-9;
+
 /// A symmetric positive semi-definite 3×3 information matrix, with U such that UᵀU = Ω.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Information {
@@ -29,6 +32,22 @@ impl Information {
             return Err("information matrix: found one that is not positive definite, expected a positive definite one".into());
         }
         Ok(Information { matrix: symmetric })
+    }
+
+    /// The positive definite matrix nearest to a symmetric one (in the Frobenius norm), for files that hold what no
+    /// measurement can have: eigenvalues below 1e-9 of the largest magnitude are raised to it. What has no positive eigenvalue is left with
+    /// next to no information.
+    ///
+    /// # Errors
+    /// As [`Information::new`], for a matrix that is not finite, not symmetric or zero.
+    pub fn nearest(matrix: Matrix3<f64>) -> Result<Self, String> {
+        if !matrix.iter().all(|v| v.is_finite()) {
+            return Information::new(matrix);
+        }
+        let mut eigen = matrix.symmetric_eigen();
+        let floor = NEAREST_FLOOR * eigen.eigenvalues.amax();
+        eigen.eigenvalues.apply(|v| *v = v.max(floor));
+        Information::new(eigen.recompose())
     }
 
     /// Diagonal information from standard deviations (metres, metres, radians), all > 0.

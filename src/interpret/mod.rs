@@ -3,11 +3,13 @@
 //! `em` snaps a drawn stroke to the wall it stands for, `feature` keeps the poses that saw enough of it,
 //! `order` decides which of two features comes first along the chain, whatever the order of drawing.
 
+mod double;
 mod em;
 mod feature;
 mod order;
 mod stroke;
 
+pub use double::two_walls;
 pub use em::Fit;
 pub use feature::{Caught, Reach, catch, make_feature};
 pub use order::{Split, split};

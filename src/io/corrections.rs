@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::geometry::Vec2;
 use crate::map::{Correction, Mode, Stroke};
 
-type Checked<T> = std::result::Result<T, String>;
+pub(crate) type Checked<T> = std::result::Result<T, String>;
 
 /// Reads corrections. One without an `id` is called `c1`, `c2`, … by its place among the corrections.
 ///
@@ -63,11 +63,19 @@ fn parse(line: &[u8]) -> Checked<Correction> {
     };
     if object.contains_key("event") {
         return Err(
-            "event: found a session event, expected a correction: session events come with a later version"
+            "event: found a session event, expected a correction: a session begins with its event `session`"
                 .into(),
         );
     }
-    known_fields(&object, &["mode", "a", "b", "weight", "id", "enabled"])?;
+    from_json(&object)
+}
+
+/// A correction from its object; the id is empty where the object has none.
+///
+/// # Errors
+/// The field, what was found and what was expected.
+pub(crate) fn from_json(object: &Map<String, Value>) -> Checked<Correction> {
+    known_fields(object, &["mode", "a", "b", "weight", "id", "enabled"])?;
     let mode = match object.get("mode") {
         Some(Value::String(name)) => Mode::ALL.into_iter().find(|m| m.name() == name),
         _ => None,
@@ -99,18 +107,20 @@ fn parse(line: &[u8]) -> Checked<Correction> {
 }
 
 /// serde's complaint without its own count of lines, which is always 1.
-fn fault(error: &serde_json::Error) -> String {
+pub(crate) fn fault(error: &serde_json::Error) -> String {
     error.to_string().replace(" at line 1 column ", " at column ")
 }
 
-fn known_fields(object: &Map<String, Value>, known: &[&str]) -> Checked<()> {
+/// Refuses fields that are not known: a misspelt one must not be lost.
+pub(crate) fn known_fields(object: &Map<String, Value>, known: &[&str]) -> Checked<()> {
     match object.keys().find(|k| !known.contains(&k.as_str())) {
         Some(unknown) => Err(format!("{unknown}: found an unknown field, expected {}", known.join(", "))),
         None => Ok(()),
     }
 }
 
-fn stroke(value: Option<&Value>) -> Checked<Stroke> {
+/// A stroke from its JSON.
+pub(crate) fn stroke(value: Option<&Value>) -> Checked<Stroke> {
     let object = match value {
         Some(value @ Value::Array(_)) => return points(Some(value)).map(Stroke::World),
         Some(Value::Object(object)) => object,
@@ -168,7 +178,8 @@ fn points(value: Option<&Value>) -> Checked<[Vec2; 2]> {
     Ok(points)
 }
 
-fn describe_field(value: Option<&Value>) -> String {
+/// A field as it stands in the file, cut short.
+pub(crate) fn describe_field(value: Option<&Value>) -> String {
     value.map_or_else(|| "nothing".into(), describe)
 }
 
@@ -185,17 +196,22 @@ pub fn write(path: &Path, corrections: &[Correction]) -> Result<()> {
     atomic::write(path, |out| corrections.iter().try_for_each(|c| writeln!(out, "{}", to_json_line(c))))
 }
 
-/// One correction as its line of JSON.
-pub fn to_json_line(correction: &Correction) -> String {
+/// One correction as its JSON object.
+pub(crate) fn to_json(correction: &Correction) -> Value {
     let c = correction;
-    let line = json!({
+    json!({
         "mode": c.mode.name(), "a": stroke_json(&c.a), "b": stroke_json(&c.b),
         "weight": c.weight, "id": c.id, "enabled": c.enabled,
-    });
-    line.to_string()
+    })
 }
 
-fn stroke_json(stroke: &Stroke) -> Value {
+/// One correction as its line of JSON.
+pub fn to_json_line(correction: &Correction) -> String {
+    to_json(correction).to_string()
+}
+
+/// A stroke as its JSON.
+pub(crate) fn stroke_json(stroke: &Stroke) -> Value {
     let ends = |points: &[Vec2; 2]| json!([[points[0].x, points[0].y], [points[1].x, points[1].y]]);
     match stroke {
         Stroke::World(points) => ends(points),

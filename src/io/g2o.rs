@@ -10,8 +10,8 @@
 
 use std::path::Path;
 
-use super::Read;
 use super::pose_graph::{self, Dialect};
+use super::{Indefinite, Read};
 use crate::error::Result;
 use crate::map::SlamMap;
 
@@ -29,7 +29,15 @@ const G2O: Dialect = Dialect {
 /// [`crate::error::Error::Input`] with the line: cut-off or garbled lines, duplicate or unknown ids, numbers that are
 /// not finite, information that is not positive definite.
 pub fn read(path: &Path) -> Result<Read<SlamMap>> {
-    pose_graph::read(path, &G2O)
+    read_with(path, Indefinite::Refuse)
+}
+
+/// The same, with a choice of what happens to information that is not positive definite.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with(path: &Path, indefinite: Indefinite) -> Result<Read<SlamMap>> {
+    pose_graph::read(path, &G2O, indefinite)
 }
 
 /// Writes the poses, held poses, relative and automatic factors of a map.

@@ -5,8 +5,10 @@ pub mod carmen;
 pub mod carmen_log;
 pub mod corrections;
 pub mod detect;
+pub mod export;
 pub mod floor_plan;
 pub mod g2o;
+mod ids;
 pub mod native;
 pub mod occupancy;
 pub mod ply;
@@ -42,6 +44,16 @@ impl<T> Read<T> {
     }
 }
 
+/// What a reader of pose graphs does about an information matrix that is not positive definite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Indefinite {
+    /// An error on its line: no measurement has such a matrix.
+    #[default]
+    Refuse,
+    /// Takes [`crate::geometry::Information::nearest`], and remarks on it once.
+    Repair,
+}
+
 /// What an input file holds.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -61,14 +73,22 @@ pub enum Source {
 /// # Errors
 /// [`Error::Io`] if the file cannot be read; [`Error::Input`] with the line or field if it is not as it should be.
 pub fn read(path: &Path) -> Result<(Format, Read<Source>)> {
+    read_with(path, Indefinite::Refuse)
+}
+
+/// The same, with a choice of what happens to a pose graph's information that is not positive definite.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with(path: &Path, indefinite: Indefinite) -> Result<(Format, Read<Source>)> {
     let format = detect::format(path)?;
     let read = match format {
         Format::Carmen => carmen::read(path)?.map(Source::Log),
-        Format::G2o => g2o::read(path)?.map(Source::Map),
+        Format::G2o => g2o::read_with(path, indefinite)?.map(Source::Map),
         Format::Stfs => stfs::read(path)?.map(Source::Map),
         Format::Tum => tum::read(path)?.map(Source::Trajectory),
         Format::Native => native::read(path)?.map(Source::Map),
-        Format::Toro => toro::read(path)?.map(Source::Map),
+        Format::Toro => toro::read_with(path, indefinite)?.map(Source::Map),
     };
     Ok((format, read))
 }

@@ -2,15 +2,16 @@
 //!
 //! Metres, radians. Ids, edges and their order are kept, also duplicate edges. A vertex may come after its edges.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::Path;
 
 use nalgebra::Matrix3;
 
+use super::ids::Ids;
 use super::source::Lines;
-use super::text::{Shortest, fields, integer, numbers, show};
-use super::{Read, atomic, carmen};
+use super::text::{Shortest, exactly, fields, integer, numbers, show};
+use super::{Indefinite, Read, atomic, carmen};
 use crate::error::Result;
 use crate::geometry::{Information, Pose2};
 use crate::map::{Observations, RelativeFactor, SlamMap};
@@ -32,21 +33,21 @@ pub(super) struct Dialect {
 }
 
 /// Reads a graph. The result has no points.
-pub(super) fn read(path: &Path, dialect: &Dialect) -> Result<Read<SlamMap>> {
+pub(super) fn read(path: &Path, dialect: &Dialect, indefinite: Indefinite) -> Result<Read<SlamMap>> {
     let mut lines = Lines::open(path)?;
-    let mut graph = Graph::default();
+    let mut graph = Graph { indefinite, ..Graph::default() };
     let mut warnings = Vec::new();
     let mut unknown = BTreeSet::new();
+    let Dialect { vertex, edge, extended, .. } = *dialect;
     while lines.advance()? {
         let mut words = fields(lines.line());
         let Some(tag) = words.next().filter(|t| !t.starts_with(b"#")) else { continue };
         let number = lines.number();
-        let Dialect { vertex, edge, extended, .. } = *dialect;
         let taken = match tag {
-            _ if tag == vertex.as_bytes() => graph.vertex(words).map_err(|m| format!("{vertex}: {m}")),
             _ if tag == edge.as_bytes() => {
                 graph.edge(words, number, dialect).map_err(|m| format!("{edge}: {m}"))
             }
+            _ if tag == vertex.as_bytes() => graph.vertex(words).map_err(|m| format!("{vertex}: {m}")),
             b"FIX" if extended => graph.fix(words, number).map_err(|m| format!("FIX: {m}")),
             b"ROBOTLASER1" if extended => graph.laser(lines.line()).map_err(|m| format!("ROBOTLASER1: {m}")),
             _ => {
@@ -61,6 +62,7 @@ pub(super) fn read(path: &Path, dialect: &Dialect) -> Result<Read<SlamMap>> {
         taken.map_err(|m| lines.error(m))?;
     }
     warnings.extend(lines.cut_off_remark());
+    warnings.extend(graph.repair_remark(&lines));
     let map = graph.resolve(&lines, &mut warnings)?;
     map.validate(lines.file())?;
     Ok(Read { value: map, warnings })
@@ -69,55 +71,74 @@ pub(super) fn read(path: &Path, dialect: &Dialect) -> Result<Read<SlamMap>> {
 /// The file as read; ids are resolved at its end.
 #[derive(Default)]
 struct Graph {
-    ids: Vec<i64>,
-    index_of: HashMap<i64, usize>,
+    ids: Ids,
     poses: Vec<Pose2>,
     stamps_s: Vec<Option<f64>>,
-    edges: Vec<(usize, [i64; 2], Pose2, Information)>,
+    factors: Vec<RelativeFactor>,
+    /// Factor, line and ids of edges that have to wait for the end of the file: a vertex is not known yet.
+    open: Vec<(usize, usize, [i64; 2])>,
     fixed: Vec<(usize, i64)>,
+    indefinite: Indefinite,
+    /// Lines whose information was not positive definite.
+    repaired: Vec<usize>,
 }
 
 type Taken = std::result::Result<(), String>;
 
 impl Graph {
-    fn vertex<'a>(&mut self, mut words: impl Iterator<Item = &'a [u8]> + Clone) -> Taken {
-        expect_fields(words.clone(), 4)?;
-        let id = id(words.next())?;
-        let pose = Pose2::from_array(numbers(&mut words, &POSE)?);
-        if self.index_of.insert(id, self.poses.len()).is_some() {
+    fn vertex<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>) -> Taken {
+        let [first, pose @ ..] = exactly::<4>(words)?;
+        let id = id(first)?;
+        let pose = Pose2::from_array(numbers(&mut pose.into_iter(), &POSE)?);
+        if !self.ids.insert(id) {
             return Err(format!("found vertex {id} a second time, expected each id once"));
         }
-        self.ids.push(id);
         self.poses.push(pose);
         self.stamps_s.push(None);
         Ok(())
     }
 
-    fn edge<'a>(
-        &mut self,
-        mut words: impl Iterator<Item = &'a [u8]> + Clone,
-        line: usize,
-        dialect: &Dialect,
-    ) -> Taken {
-        expect_fields(words.clone(), 11)?;
-        let ids = [id(words.next())?, id(words.next())?];
-        let [x, y, theta, upper @ ..] = numbers(&mut words, &dialect.numbers)?;
+    fn edge<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>, line: usize, dialect: &Dialect) -> Taken {
+        let [first, second, rest @ ..] = exactly::<11>(words)?;
+        let ids = [id(first)?, id(second)?];
+        let [x, y, theta, upper @ ..] = numbers(&mut rest.into_iter(), &dialect.numbers)?;
         let mut omega = Matrix3::zeros();
         for (&(row, column), value) in dialect.places.iter().zip(upper) {
             omega[(row, column)] = value;
             omega[(column, row)] = value;
         }
-        let information = Information::new(omega)?;
-        self.edges.push((line, ids, Pose2::new(x, y, theta), information));
+        let information = match (Information::new(omega), self.indefinite) {
+            (Err(_), Indefinite::Repair) => {
+                self.repaired.push(line);
+                Information::nearest(omega)?
+            }
+            (checked, _) => checked?,
+        };
+        let known = self.ids.index_of(ids[0]).zip(self.ids.index_of(ids[1])).filter(|(i, j)| i != j);
+        let (i, j) = known.unwrap_or_default();
+        if known.is_none() {
+            self.open.push((self.factors.len(), line, ids));
+        }
+        self.factors.push(RelativeFactor { i, j, i_from_j: Pose2::new(x, y, theta), information });
         Ok(())
     }
 
-    fn fix<'a>(&mut self, words: impl Iterator<Item = &'a [u8]> + Clone, line: usize) -> Taken {
-        if words.clone().next().is_none() {
+    fn repair_remark(&self, lines: &Lines) -> Option<String> {
+        let first = self.repaired.first()?;
+        Some(format!(
+            "{}:{first}: information matrix: not positive definite, the nearest one that is was taken (such edges: {})",
+            lines.file(),
+            self.repaired.len()
+        ))
+    }
+
+    fn fix<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>, line: usize) -> Taken {
+        let mut words = words.peekable();
+        if words.peek().is_none() {
             return Err("found no id, expected at least one".into());
         }
         for word in words {
-            self.fixed.push((line, id(Some(word))?));
+            self.fixed.push((line, id(word)?));
         }
         Ok(())
     }
@@ -131,24 +152,28 @@ impl Graph {
         Ok(())
     }
 
-    fn resolve(self, lines: &Lines, warnings: &mut Vec<String>) -> Result<SlamMap> {
+    fn resolve(mut self, lines: &Lines, warnings: &mut Vec<String>) -> Result<SlamMap> {
         let index = |id: i64, line: usize| {
-            self.index_of.get(&id).copied().ok_or_else(|| {
+            self.ids.index_of(id).ok_or_else(|| {
                 lines.error_at(line, format_args!("found vertex {id}, expected one that the file defines"))
             })
         };
-        let mut relative_factors = Vec::with_capacity(self.edges.len());
-        for (line, [id_i, id_j], i_from_j, information) in self.edges {
+        let mut to_itself = Vec::new();
+        for &(factor, line, [id_i, id_j]) in &self.open {
             let (i, j) = (index(id_i, line)?, index(id_j, line)?);
+            (self.factors[factor].i, self.factors[factor].j) = (i, j);
             if i == j {
-                warnings.push(format!(
-                    "{}:{line}: the edge joins vertex {id_i} to itself: dropped",
-                    lines.file()
-                ));
-                continue;
+                to_itself.push(factor);
+                let file = lines.file();
+                warnings.push(format!("{file}:{line}: the edge joins vertex {id_i} to itself: dropped"));
             }
-            relative_factors.push(RelativeFactor { i, j, i_from_j, information });
         }
+        let mut to_itself = to_itself.into_iter().peekable();
+        let mut factor = 0..;
+        self.factors.retain(|_| {
+            let factor = factor.next();
+            to_itself.next_if(|&dropped| Some(dropped) == factor).is_none()
+        });
         let mut held = self.fixed.iter().map(|&(line, id)| index(id, line)).collect::<Result<Vec<_>>>()?;
         held.sort_unstable();
         held.dedup();
@@ -161,25 +186,16 @@ impl Graph {
             observations: Observations::empty(self.poses.len()),
             poses: self.poses,
             stamps_s: self.stamps_s.into_iter().collect(),
-            vertex_ids: Some(self.ids),
+            vertex_ids: Some(self.ids.into_list()),
             held,
-            relative_factors,
+            relative_factors: self.factors,
             ..SlamMap::default()
         })
     }
 }
 
-fn expect_fields<'a>(words: impl Iterator<Item = &'a [u8]>, expected: usize) -> Taken {
-    let found = words.count();
-    if found == expected {
-        Ok(())
-    } else {
-        Err(format!("found {found} fields, expected {expected} after the tag"))
-    }
-}
-
-fn id(word: Option<&[u8]>) -> std::result::Result<i64, String> {
-    integer(word.unwrap_or_default()).map_err(|m| format!("id: {m}"))
+fn id(word: &[u8]) -> std::result::Result<i64, String> {
+    integer(word).map_err(|m| format!("id: {m}"))
 }
 
 /// Writes the poses, relative and automatic factors of a map; its held poses where the format can say so.

@@ -8,8 +8,8 @@
 
 use std::path::Path;
 
-use super::Read;
 use super::pose_graph::{self, Dialect};
+use super::{Indefinite, Read};
 use crate::error::Result;
 use crate::map::SlamMap;
 
@@ -26,7 +26,15 @@ const TORO: Dialect = Dialect {
 /// # Errors
 /// As [`super::g2o::read`].
 pub fn read(path: &Path) -> Result<Read<SlamMap>> {
-    pose_graph::read(path, &TORO)
+    read_with(path, Indefinite::Refuse)
+}
+
+/// The same, with a choice of what happens to information that is not positive definite.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with(path: &Path, indefinite: Indefinite) -> Result<Read<SlamMap>> {
+    pose_graph::read(path, &TORO, indefinite)
 }
 
 /// Writes the poses and relative factors of a map. TORO cannot say which poses are held.

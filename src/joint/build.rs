@@ -2,6 +2,7 @@
 
 use super::gauge;
 use super::options::{Formulation, Normalization, ObservationForm, Options};
+use super::outliers::is_doubted;
 use super::problem::{
     FitSighting, FitTerm, JointProblem, PointTerm, RelationTerm, RelativeTerm, SightingTerm, TieTerm,
 };
@@ -39,7 +40,9 @@ pub fn build(map: &SlamMap, poses: &[Pose2], factors: &[HumanFactor], options: &
 fn relative_terms(map: &SlamMap, options: &Options) -> Vec<RelativeTerm> {
     let automatic = Loss::GemanMcClure(options.automatic_loss_scale);
     let found = map.automatic_factors.iter().map(|a| relative_term(&a.factor, automatic));
-    map.relative_factors.iter().map(|f| relative_term(f, options.loss)).chain(found).collect()
+    let known =
+        |f: &RelativeFactor| relative_term(f, if is_doubted(f, options) { options.loss } else { Loss::None });
+    map.relative_factors.iter().map(known).chain(found).collect()
 }
 
 fn relation_term(factor: &HumanFactor, a: usize, b: usize, options: &Options) -> RelationTerm {
@@ -56,13 +59,12 @@ fn relation_term(factor: &HumanFactor, a: usize, b: usize, options: &Options) ->
 
 fn relative_term(factor: &RelativeFactor, loss: Loss) -> RelativeTerm {
     let u = factor.information.sqrt();
-    let closes_a_loop = factor.i.abs_diff(factor.j) != 1;
     RelativeTerm {
         i: factor.i,
         j: factor.j,
         measured: factor.i_from_j.to_array(),
         sqrt_information: std::array::from_fn(|k| u[(k / 3, k % 3)]),
-        loss: if closes_a_loop { loss } else { Loss::None },
+        loss,
     }
 }
 

@@ -30,6 +30,7 @@ pub fn optimize_graph(map: &mut SlamMap, options: &Options) -> Result<GraphRepor
     Ok(GraphReport { initial_chi2, final_chi2: chi2(map), solve })
 }
 
-fn chi2(map: &SlamMap) -> f64 {
+/// Σ eᵀΩe over all relative factors: no ½, no loss.
+pub(super) fn chi2(map: &SlamMap) -> f64 {
     map.every_relative_factor().map(|f| f.chi2(map.poses[f.i], map.poses[f.j])).sum()
 }

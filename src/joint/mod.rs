@@ -11,6 +11,7 @@ pub mod factors;
 mod gauge;
 mod graph;
 mod options;
+mod outliers;
 pub mod problem;
 mod refit;
 pub mod rust_backend;
@@ -21,6 +22,7 @@ pub use backend::{BACK_ENDS, Backend};
 pub use build::build;
 pub use graph::{GraphReport, optimize_graph};
 pub use options::{Formulation, Normalization, ObservationForm, Options};
+pub use outliers::{Outlier, doubted, optimize_graph_without_outliers, outliers};
 pub use refit::refit;
 
 use crate::error::Result;

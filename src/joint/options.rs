@@ -82,6 +82,8 @@ pub struct Options {
     pub loss: Loss,
     /// Scale of the loss (Geman–McClure) on automatic factors, standard deviations.
     pub automatic_loss_scale: f64,
+    /// Relative factors between neighbours may be wrong too: the loss is on them as well.
+    pub doubt_odometry: bool,
     /// Stopping rules, of both back ends.
     pub solver: solver::Options,
     /// Choices that only Ceres has.
@@ -101,6 +103,7 @@ impl Default for Options {
             angle_sigma_rad: 0.01,
             loss: Loss::None,
             automatic_loss_scale: 4.0,
+            doubt_odometry: false,
             solver: solver::Options::default(),
             ceres: ceres::Options::default(),
         }

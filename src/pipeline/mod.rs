@@ -10,7 +10,7 @@ mod state;
 
 pub use agreeing::Agreement;
 pub use report::{CorrectionReport, Stroke, Timings};
-pub use state::State;
+pub use state::{Standing, State};
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -63,6 +63,15 @@ pub struct Reassociation {
     pub report: closures::Report,
     /// Wall clock, milliseconds.
     pub total_ms: f64,
+}
+
+/// A correction worked out on the map as it stands, and not taken into it.
+#[derive(Debug, Clone)]
+pub struct Proposal {
+    /// What the map would be; `None`: the correction is rejected.
+    pub state: Option<State>,
+    /// What it would do; the reason if it is rejected.
+    pub report: CorrectionReport,
 }
 
 /// A map under correction.
@@ -173,9 +182,18 @@ impl Corrector {
     /// # Errors
     /// As [`Corrector::preview`]; a correction that is merely not applicable is no error.
     pub fn apply(&mut self, correction: &Correction) -> Result<CorrectionReport> {
+        let proposal = self.propose(correction)?;
+        Ok(self.accept(proposal))
+    }
+
+    /// All stages of one correction, the map left as it is: what [`Corrector::accept`] would make of it.
+    ///
+    /// # Errors
+    /// As [`Corrector::apply`].
+    pub fn propose(&self, correction: &Correction) -> Result<Proposal> {
         let mut prepared = match self.prepare(correction)? {
             Ok(prepared) => prepared,
-            Err(report) => return Ok(*report),
+            Err(report) => return Ok(Proposal { state: None, report: *report }),
         };
         let stage = Instant::now();
         let Prepared { poses, factors, .. } = &mut prepared;
@@ -184,12 +202,21 @@ impl Corrector {
             // Map and options are sound: only numbers that overflow on the way can have made the problem unsound.
             Err(Error::Input { .. }) => {
                 prepared.report.refuse("the numbers of the map are too large to compute with".into());
-                return Ok(prepared.report);
+                return Ok(Proposal { state: None, report: prepared.report });
             }
             Err(error) => return Err(error),
         };
         prepared.report.timings.optimize_ms = milliseconds(stage);
-        Ok(self.conclude(prepared, &solve))
+        Ok(self.judge(prepared, &solve))
+    }
+
+    /// Takes a proposal that was made on the map as it stands; the report says whether it was accepted.
+    pub fn accept(&mut self, proposal: Proposal) -> CorrectionReport {
+        if let Some(State { poses, human_factors }) = proposal.state {
+            self.map.poses = poses;
+            self.map.human_factors = human_factors;
+        }
+        proposal.report
     }
 
     /// Finds all automatic factors anew, from the chain and the corrections alone: after a correction, or after one was taken
@@ -257,19 +284,23 @@ impl Corrector {
 
     /// Takes a solved correction into the map; the report says whether it was accepted.
     pub fn conclude(&mut self, prepared: Prepared, solve: &solver::Report) -> CorrectionReport {
+        let proposal = self.judge(prepared, solve);
+        self.accept(proposal)
+    }
+
+    /// What a solved correction leaves, if its numbers are sound.
+    fn judge(&self, prepared: Prepared, solve: &solver::Report) -> Proposal {
         let Prepared { poses, factors, mut report, start } = prepared;
         report.solved(solve);
         if !solve.final_cost.is_finite() || poses.iter().any(|p| !p.is_finite()) {
             report.refuse("the joint optimisation did not give finite numbers".into());
-            return report;
+            return Proposal { state: None, report };
         }
         if let Some(factor) = factors.last() {
             report.after(factor, factor_chi2(&self.map, &poses, factor, &self.options.joint));
         }
-        self.map.poses = poses;
-        self.map.human_factors = factors;
         report.timings.total_ms = milliseconds(start);
-        report
+        Proposal { state: Some(State { poses, human_factors: factors }), report }
     }
 
     /// The human factor, directions aligned so that sin Δφ (cos Δφ) has its zero in reach; `None`: ambiguous.

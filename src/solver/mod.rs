@@ -6,6 +6,7 @@
 
 mod cholesky;
 mod covariance;
+mod gnc;
 mod lm;
 mod loss;
 mod normal_equations;
@@ -13,6 +14,7 @@ mod polish;
 mod report;
 
 pub use covariance::Covariance;
+pub use gnc::{Gnc, chi2_quantile_3};
 pub use lm::minimize;
 pub use loss::Loss;
 pub use report::{Iteration, Polish, Report, Termination, Timings};

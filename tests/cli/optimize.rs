@@ -152,6 +152,59 @@ fn what_has_not_converged_says_so() {
     }
 }
 
+/// A corridor of ten vertices, there and back, with a right and a wrong closure and one of impossible information.
+fn corridor() -> String {
+    let mut text = String::new();
+    for k in 0..10 {
+        text += &format!("VERTEX_SE2 {} {k} 0 0\n", 100 + k);
+    }
+    for k in 0..9 {
+        text += &format!("EDGE_SE2 {} {} 1 0 0 100 0 0 100 0 400\n", 100 + k, 101 + k);
+    }
+    text + "EDGE_SE2 100 109 9.1 0 0 100 0 0 100 0 400\nEDGE_SE2 102 107 0 3 1 100 0 0 100 0 400\n"
+}
+
+#[test]
+fn false_closures_are_reported_by_the_ids_of_the_file() {
+    let bench = Bench::new("optimize-outliers");
+    bench.scratch.file("a.g2o", corridor());
+    for solver in solvers() {
+        let line = format!("optimize a.g2o -o b.g2o --solver {solver} --report r.json");
+        bench.good(&line);
+        assert_eq!(bench.json("r.json")["robust"], Value::Null);
+        for how in ["--gnc", "--loss cauchy", "--loss geman-mcclure --loss-width 1.5", "--loss huber"] {
+            let printed = bench.good(&format!("{line} {how}"));
+            assert!(
+                printed.contains("outliers: 1 of 2 doubted edges (chi2 above 11.34): 102–107\n"),
+                "{how}: {printed}"
+            );
+            let robust = &bench.json("r.json")["robust"];
+            let outlier = &robust["outliers"][0];
+            assert_eq!(
+                (&outlier["edge"], &outlier["from"], &outlier["to"]),
+                (&10.into(), &102.into(), &107.into())
+            );
+            assert!(outlier["chi2"].as_f64().unwrap() > robust["chi2_threshold"].as_f64().unwrap());
+            assert!(how.contains(robust["method"].as_str().unwrap()), "{robust}");
+            assert_eq!(lines(&bench.text("b.g2o"), "EDGE_SE2"), lines(&corridor(), "EDGE_SE2"));
+        }
+        assert!(bench.good(&format!("{line} --gnc --doubt-odometry")).contains("of 11 doubted edges"));
+    }
+}
+
+#[test]
+fn impossible_information_is_refused_unless_it_may_be_repaired() {
+    let bench = Bench::new("optimize-repair");
+    bench.scratch.file("a.g2o", corridor() + "EDGE_SE2 101 105 4 0 0 100 0 0 -50 0 400\n");
+    bench.refused("optimize a.g2o -o b.g2o", &["a.g2o:22: EDGE_SE2: information matrix"]);
+    let run = bench.hitl("optimize a.g2o -o b.g2o --repair-information");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(run.stderr.contains("a.g2o:22: information matrix: not positive definite"), "{}", run.stderr);
+    let repaired = bench.text("b.g2o").lines().last().unwrap().to_owned();
+    assert!(repaired.starts_with("EDGE_SE2 101 105 4 0 0 100 0 0 4.0"), "{repaired}");
+    assert!(repaired.ends_with("e-7 0 400"), "{repaired}");
+}
+
 #[test]
 fn refused_runs_write_nothing() {
     let bench = Bench::new("optimize-refused");
@@ -161,6 +214,9 @@ fn refused_runs_write_nothing() {
     bench.refused("optimize a.g2o -o b.xyz", &["b.xyz: found no known extension", ".graph"]);
     bench.refused("optimize a.g2o -o b.g2o --max-iterations 0", &["--max-iterations"]);
     assert_eq!(bench.hitl("optimize a.g2o -o b.g2o --solver best").code, Some(2));
+    bench.refused("optimize a.g2o -o b.g2o --gnc --inlier-probability 1", &["--inlier-probability: found 1"]);
+    bench.refused("optimize a.g2o -o b.g2o --loss huber --loss-width 0", &["--loss-scale: found 0"]);
+    assert_eq!(bench.hitl("optimize a.g2o -o b.g2o --gnc --loss huber").code, Some(2));
 }
 
 #[test]

@@ -47,7 +47,7 @@ fn wrong_values_of_flags_are_named_with_the_flag() {
         ("--min-points -3", "--min-points <N>: found '-3', expected a whole number of 0 or more"),
         ("--loss-scale 0", "--loss-scale: found 0, expected a number > 0"),
         ("--max-iterations 0", "--max-iterations: found 0, expected 1 or more"),
-        ("--loss tukey", "--loss <LOSS>: found 'tukey', expected one of none, huber, cauchy, geman-mc-clure"),
+        ("--loss tukey", "--loss <LOSS>: found 'tukey', expected one of none, huber, cauchy, geman-mcclure"),
         ("--loss", "--loss <LOSS>: found nothing, expected one of none, huber"),
         ("--frobnicate", "--frobnicate: found an unknown argument, expected"),
         ("--report o.npz", "--report: found the same file as for --output, expected another"),

@@ -66,7 +66,7 @@ fn faults_are_named_with_line_and_field() {
         ),
         (
             with("\"event\": \"undo\""),
-            "event: found a session event, expected a correction: session events come with a later version"
+            "event: found a session event, expected a correction: a session begins with its event `session`"
                 .into(),
         ),
         (

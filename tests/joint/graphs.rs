@@ -36,14 +36,14 @@ fn naive_chi2(map: &SlamMap) -> f64 {
     sum
 }
 
-fn factor(i: usize, j: usize, z: [f64; 3], dice: &mut Dice) -> RelativeFactor {
+pub fn factor(i: usize, j: usize, z: [f64; 3], dice: &mut Dice) -> RelativeFactor {
     let a = Matrix3::from_fn(|_, _| dice.normal(1.0));
     let information = Information::new((a * a.transpose() + Matrix3::identity()) * 100.0).unwrap();
     RelativeFactor { i, j, i_from_j: Pose2::from_array(z), information }
 }
 
 /// A square driven twice, with closures, duplicate edges and non-diagonal Ω.
-fn square(seed: u64) -> SlamMap {
+pub fn square(seed: u64) -> SlamMap {
     let dice = &mut Dice::new(seed);
     let mut map = SlamMap { poses: vec![Pose2::new(0.0, 0.0, 3.1)], ..Default::default() };
     for i in 1..80 {

@@ -6,6 +6,7 @@ mod graphs;
 mod jacobians;
 mod malformed;
 mod options;
+mod outliers;
 mod paper;
 mod silence;
 mod solving;

@@ -1,7 +1,7 @@
 //! Stage 1: a stroke drawn with a shaky hand finds its wall, its face, its poses.
 
 use hitl_slam::geometry::{Pose2, Vec2};
-use hitl_slam::interpret::{Caught, Options, Reach, catch, make_feature};
+use hitl_slam::interpret::{Caught, Options, Reach, catch, make_feature, two_walls};
 use hitl_slam::map::Observations;
 
 use crate::support::Dice;
@@ -142,4 +142,23 @@ fn of_two_visits_to_a_plain_wall_one_ties_the_segment_along_it_and_both_say_wher
     assert_eq!(tied(0..100, Some(2)), first, "the visit on which the stroke was drawn");
     assert_eq!(tied(0..20, Some(40)), first, "only visits on the feature's own side");
     assert_eq!(tied(50..60, None), second, "all, where none is on its own side");
+}
+
+#[test]
+fn two_walls_under_one_stroke_are_told_from_one_thick_one() {
+    let dice = &mut Dice::new(11);
+    for _ in 0..200 {
+        let sigma = dice.uniform(0.005, 0.04);
+        let one: Vec<f64> = (0..300).map(|_| dice.normal(sigma)).collect();
+        assert_eq!(two_walls(&one), None, "one wall, σ {sigma}");
+        let band: Vec<f64> = (0..300).map(|_| dice.uniform(-0.1, 0.1)).collect();
+        assert_eq!(two_walls(&band), None, "a band");
+        let (apart, share) = (dice.uniform(0.07, 0.15), dice.uniform(0.25, 0.75));
+        let of_two = |k: usize| if (k as f64) < 300.0 * share { apart } else { 0.0 };
+        let two: Vec<f64> = (0..300).map(|k| of_two(k) + dice.normal(apart / 8.0)).collect();
+        let found = two_walls(&two).expect("two walls");
+        assert!((found - apart).abs() < 0.01, "{found} for {apart}");
+    }
+    assert_eq!(two_walls(&[]), None);
+    assert_eq!(two_walls(&[0.01]), None);
 }

@@ -13,7 +13,7 @@ use hitl_slam::error::{Error, Result};
 use hitl_slam::joint::Backend;
 use hitl_slam::map::{Correction, SlamMap};
 use hitl_slam::pipeline::{Agreement, CorrectionReport, Corrector, Options, Reassociation};
-use hitl_slam::{interpret, io};
+use hitl_slam::{interpret, io, session};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::options::at_least_one;
@@ -38,6 +38,7 @@ pub struct Args {
 
     /// Corrections, one JSON object a line: {"mode": "collinear", "a": STROKE, "b": STROKE}; a stroke is
     /// [[x, y], [x, y]] in the world, or {"pose": i, "points": …} or {"stamp": t, "points": …} in the robot's frame.
+    /// A session of `hitl serve` does, too.
     #[arg(short, long, value_name = "C.jsonl")]
     corrections: PathBuf,
 
@@ -100,7 +101,7 @@ struct Corrected {
 /// Reads and corrects one map.
 fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<Corrected> {
     let file = corrections;
-    let corrections = load::corrections(file)?;
+    let session::State { corrections, straighten, .. } = load::wanted(file)?;
     let place = map.display();
     let map = load::map(map)?;
     interpret::check(&map, &corrections).map_err(|error| in_file(file, error))?;
@@ -114,7 +115,9 @@ fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<
     let (reports, contradictions) = if args.interpret_only {
         (interpret_all(&corrector, &corrections)?, Vec::new())
     } else {
-        let (keep, is_quiet) = (args.keep_contradictions, args.input.is_dir());
+        // What a person saw and left as it is, stays.
+        let keep = args.keep_contradictions || session::is_session(file);
+        let is_quiet = args.input.is_dir();
         let mut agreement = apply_all(&mut corrector, &corrections, keep, is_quiet)?;
         let contradictions = contradictions::entries(&mut agreement);
         (agreement.reports, contradictions)
@@ -123,6 +126,9 @@ fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<
         Some(options) => Some(reassociate::run(&mut corrector, &options, args.input.is_dir())?),
         None => None,
     };
+    if let Some(along) = straighten.filter(|_| !args.interpret_only) {
+        corrector.turn(session::world_from_map(&corrector, &along)?);
+    }
     let total_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(Corrected { corrector, reports, contradictions, reassociation, before, total_ms })
 }

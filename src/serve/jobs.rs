@@ -1,0 +1,103 @@
+//! What takes a while and looks only: on a copy of the map, so that drawing goes on meanwhile.
+
+use std::sync::Arc;
+
+use axum::body::Bytes;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde_json::{Value, json};
+
+use super::app::App;
+use super::wire::{Answer, Fault, answer, aside, object, packed};
+use crate::crosscheck as check;
+use crate::metrics;
+use crate::session::Session;
+
+/// A copy of something of the open session.
+fn copy<T>(app: &App, of: impl FnOnce(&Session) -> T) -> std::result::Result<T, Fault> {
+    let desk = app.read();
+    Ok(of(&desk.as_ref().ok_or_else(Fault::nothing_open)?.session))
+}
+
+fn given_up() -> Fault {
+    Fault::new(StatusCode::CONFLICT, "given up")
+}
+
+/// `POST /api/inconsistency`: where the map contradicts itself: cells as f32 x, y, count.
+pub async fn inconsistency(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| {
+        let working = app.begin("measuring inconsistency".into());
+        let map = copy(app, |s| s.solved().map())?;
+        let found = metrics::inconsistency(&map, &metrics::InconsistencyOptions::default())?;
+        if working.is_cancelled() {
+            return Err(given_up());
+        }
+        let cells: Vec<u8> = found
+            .cells
+            .iter()
+            .flat_map(|(p, count)| [p.x as f32, p.y as f32, *count as f32])
+            .flat_map(f32::to_le_bytes)
+            .collect();
+        let head = json!({
+            "inconsistency_m2": found.area_m2, "resolution_m": found.resolution_m, "cells": found.cells.len(),
+        });
+        Ok(packed(&head, &[&cells]))
+    })
+    .await
+}
+
+/// `POST /api/crosscheck`: every correction solved by both solvers, and how far they are apart.
+pub async fn crosscheck(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| {
+        let working = app.begin("cross-checking the solvers".into());
+        let (map, corrections, options) = copy(app, |s| {
+            let source = crate::map::SlamMap {
+                poses: s.solved().source().poses.clone(),
+                human_factors: s.solved().source().human_factors.clone(),
+                ..s.solved().corrector().map().clone()
+            };
+            (source, s.state().corrections.clone(), s.state().settings.options())
+        })?;
+        let mut progress = |done, of| working.progress(done, of);
+        let found = check::run_while(map, &corrections, &options, &mut progress)?;
+        if working.is_cancelled() {
+            return Err(given_up());
+        }
+        let checks: Vec<Value> = found
+            .corrections
+            .iter()
+            .map(|c| json!({"id": c.id, "agree": c.agree, "rejected": c.rejected, "totals": c.totals}))
+            .collect();
+        Ok(answer(&json!({"agree": found.agree, "total": found.total, "corrections": checks})))
+    })
+    .await
+}
+
+/// `POST /api/summary`: the session in numbers, with the inconsistency before and after.
+pub async fn summary(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| {
+        let working = app.begin("measuring before and after".into());
+        let (summary, before, after) =
+            copy(app, |s| (s.summary(), s.solved().source_map(), s.solved().map()))?;
+        let options = metrics::InconsistencyOptions::default();
+        let measure = |map| metrics::inconsistency(&map, &options).ok().map(|found| found.area_m2);
+        let before = measure(before);
+        if !working.progress(1, 2) {
+            return Err(given_up());
+        }
+        let after = measure(after);
+        if !working.progress(2, 2) {
+            return Err(given_up());
+        }
+        let inconsistency = json!({"before": before, "after": after});
+        Ok(answer(&json!({"summary": summary, "inconsistency_m2": inconsistency})))
+    })
+    .await
+}
+
+/// `POST /api/cancel {id}`: gives a work up.
+pub async fn cancel(State(app): State<Arc<App>>, body: Bytes) -> Answer {
+    let id = object(&body)?.get("id").and_then(Value::as_u64);
+    let id = id.ok_or_else(|| Fault::bad("id: expected the number of a work"))?;
+    Ok(answer(&json!({"cancelled": app.cancel(id)})))
+}
