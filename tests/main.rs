@@ -10,6 +10,8 @@ mod building;
 mod cli;
 /// Re-association.
 mod closures;
+/// Real logs and maps made bad.
+mod damage;
 /// Readers and writers: round trips, exact messages, every prefix of every format, the real logs.
 mod formats;
 /// From a raw log to a map.
@@ -28,6 +30,8 @@ mod metrics;
 mod paper_numbers;
 /// FootSLAM, FeetSLAM and what belongs to them.
 mod pedestrian;
+/// The simulated person.
+mod person;
 /// The whole pipeline on simulated maps.
 mod pipeline;
 /// Pictures: what is drawn where, and the same bytes every time.

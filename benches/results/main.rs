@@ -12,6 +12,7 @@ mod child;
 mod closures;
 mod cpu;
 mod crosscheck;
+mod effort;
 mod false_closures;
 mod figures;
 mod formulations;
@@ -50,6 +51,7 @@ const SECTIONS: &[(&str, Measure)] = &[
     ("aces", aces::section),
     ("scan-match", scan_match::section),
     ("closures", closures::section),
+    ("effort", effort::section),
     ("crosscheck", crosscheck::section),
     ("backends", backends::section),
     ("paper", formulations::section),

@@ -42,6 +42,9 @@ const LONGEST_STEP: (f64, f64) = (0.7, 0.4);
 /// … or if match and odometry differ by more than this, radians.
 const LARGEST_DISAGREEMENT_RAD: f64 = 0.12;
 
+/// After a longer pause than this only the odometry says where the robot is by now, seconds.
+const LONGEST_PAUSE_S: f64 = 2.0;
+
 /// What a match cannot know of itself (the laser's bias, a door that moved): metres. With it the chain's predicted error
 /// agrees with the relations of the public logs: squared errors over their prediction, per degree of freedom and by time
 /// span, are 0.2 to 1.0 on Intel and 0.7 to 2.4 on ACES, whose relations are the coarser.
@@ -127,7 +130,8 @@ impl Tracker<'_> {
         let prior = Prior { pose: expected, information: step_information(step) };
         let mut found = align(&self.map, &cloud, expected, Some(&prior), TRACKING);
         if is_doubtful(&found, expected, step) {
-            found = self.recover(&cloud, step, found);
+            let pause_s = self.log.scans[scan].stamp_s - self.log.scans[scan - 1].stamp_s;
+            found = self.recover(&cloud, step, pause_s, found);
         }
         self.before_last = self.last;
         self.last = found.pose;
@@ -141,13 +145,14 @@ impl Tracker<'_> {
         }
     }
 
-    /// Tries three starts with a wide search each; the first match stays unless another fits clearly better.
-    fn recover(&self, cloud: &Cloud, step: Pose2, first: Match) -> Match {
+    /// Tries three starts (after a pause the odometry's alone: another corridor may look like the one before it) with a wide
+    /// search each; the first match stays unless another fits clearly better.
+    fn recover(&self, cloud: &Cloud, step: Pose2, pause_s: f64, first: Match) -> Match {
         let search = Search::new(&self.map);
         let going_on = self.last.compose(self.before_last.between(self.last));
         let starts = [(self.last.compose(step), 0.05), (self.last, 0.1), (going_on, 0.1)];
         let mut best = first;
-        for (start, gain) in starts {
+        for (start, gain) in starts.into_iter().take(if pause_s > LONGEST_PAUSE_S { 1 } else { 3 }) {
             let found = search.best(&cloud.points, start, RECOVERY).pose;
             let weak = Matrix3::from_diagonal(&Vector3::new(25.0, 25.0, 100.0));
             let found =

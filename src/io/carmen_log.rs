@@ -1,4 +1,4 @@
-//! Corrected CARMEN logs: the laser's pose is the map's, the robot's pose stays the odometry's.
+//! Writing CARMEN logs. Corrected ones: the laser's pose is the map's, the robot's pose stays the odometry's.
 //!
 //! From a raw log and a corrected trajectory ([`corrected`]) every range stays what it was. From a map alone
 //! ([`of_map`]) the beams are put together from the returns, and the odometry is the chain of the map's own
@@ -13,10 +13,8 @@ use super::atomic;
 use super::text::Shortest;
 use crate::error::{Error, Result};
 use crate::geometry::Pose2;
-use crate::map::{LogScan, RawLog, SlamMap, Trajectory};
+use crate::map::{LogScan, NO_RETURN_M, RawLog, SlamMap, Trajectory};
 
-/// What a beam without a return reads, metres: a SICK's own value.
-pub const NO_RETURN_M: f32 = 81.83;
 /// Readings at or beyond this are no return, metres.
 const MAX_RANGE_M: f64 = 80.0;
 /// Beams that a half circle may have; the first that fits is taken.
@@ -112,7 +110,7 @@ fn odometry(map: &SlamMap) -> Vec<Pose2> {
 /// [`Error::Io`] if the file cannot be written.
 pub fn write(path: &Path, log: &RawLog) -> Result<()> {
     atomic::write(path, |out| {
-        writeln!(out, "# CARMEN log, laser poses corrected by hitl-slam; robot poses are the odometry")?;
+        writeln!(out, "# CARMEN log written by hitl-slam; robot poses are the odometry")?;
         writeln!(out, "PARAM robot_frontlaser_offset {}", Shortest(log.robot_from_laser.x_m))?;
         let max_range_m = log.scans.iter().map(|s| s.max_range_m).fold(f64::INFINITY, f64::min);
         if max_range_m.is_finite() {

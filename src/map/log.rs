@@ -2,6 +2,9 @@
 
 use crate::geometry::Pose2;
 
+/// What a beam without a return reads where the log does not say, metres: a SICK's own value.
+pub const NO_RETURN_M: f32 = 81.83;
+
 /// A recording of one robot with one 2D laser.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawLog {

@@ -13,7 +13,7 @@ mod walls;
 pub use automatic_factor::AutomaticFactor;
 pub use correction::{Correction, Mode, Stroke};
 pub use human_factor::{Feature, HumanFactor, Sighting};
-pub use log::{LogScan, RawLog};
+pub use log::{LogScan, NO_RETURN_M, RawLog};
 pub use observations::Observations;
 pub use relation::Relation;
 pub use slam_map::{RelativeFactor, ScanRecord, SlamMap};

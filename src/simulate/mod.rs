@@ -5,9 +5,13 @@
 //! ([`strokes`]). Everything follows from the seed; drift, ranges and drawing have random streams of their own, so
 //! that changing one setting leaves the rest of the run as it was.
 
+mod building;
+pub mod damage;
 pub mod drift;
 pub mod floor_plan;
 pub mod lidar;
+pub mod person;
+mod planner;
 pub mod ring;
 pub mod route;
 mod scenario;
@@ -22,7 +26,7 @@ pub use scenario::Scenario;
 pub use world::Wall;
 
 use crate::error::{Error, Result};
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, Segment};
 use crate::map::{Correction, Observations, SlamMap, WallPair};
 
 /// Seconds from one pose to the next.
@@ -70,6 +74,7 @@ enum Stream {
     Drift = 0,
     Range = 1,
     Drawing = 2,
+    Route = 3,
 }
 
 impl Settings {
@@ -106,7 +111,20 @@ impl Settings {
 /// [`Error::Input`] for settings that make no sense; [`Error::Internal`] where a scenario plans what nobody can see.
 pub fn run(scenario: Scenario, settings: &Settings) -> Result<Simulation> {
     settings.validate()?;
-    let plan = scenario.plan();
+    drive(scenario.plan(), settings)
+}
+
+/// Simulates a run between a few places of a building given by its walls, `length_m` metres long. The way follows from the
+/// seed. There are no corrections: nobody planned any ([`person`] finds them).
+///
+/// # Errors
+/// [`Error::Input`] for settings that make no sense, or walls that leave no free space.
+pub fn run_through(walls: &[Segment], length_m: f64, settings: &Settings) -> Result<Simulation> {
+    settings.validate()?;
+    drive(building::plan(walls, length_m, &mut settings.random(Stream::Route))?, settings)
+}
+
+fn drive(plan: scenario::Plan, settings: &Settings) -> Result<Simulation> {
     let truth = plan.truth;
 
     let (mut observations, mut seen) = (Observations::default(), Vec::new());

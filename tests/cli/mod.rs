@@ -1,6 +1,7 @@
 mod batch;
 mod commands;
 mod crosscheck;
+mod damage;
 mod mutations;
 mod odd_maps;
 mod optimize;

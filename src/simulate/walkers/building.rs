@@ -1,11 +1,11 @@
 //! Many walkers in a real building: each goes between a few places that all share, again and again.
 
 use super::gait::{Drift, STEP_M, STEP_S};
-use super::planner::Planner;
 use super::{Plan, Route, Settings};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::{Segment, Vec2};
 use crate::pedestrian::random::Key;
+use crate::simulate::planner::Planner;
 
 /// Places that people go to.
 const PLACES: usize = 4;
@@ -15,9 +15,7 @@ const APART_M: f64 = 12.0;
 const RATE_DEG_PER_MIN: f64 = 1.5;
 
 pub(super) fn plan(settings: &Settings, walls: &[Segment], key: Key) -> Result<Plan> {
-    let planner = Planner::new(walls).ok_or_else(|| {
-        Error::input("plan", "found no free space between the walls, expected a building to walk in")
-    })?;
+    let planner = Planner::new(walls)?;
     let places =
         spread_places(&planner, PLACES + if settings.strangers > 0 { 3 } else { 0 }, key.named("places"));
     let (shared, apart) = places.split_at(PLACES.min(places.len()));

@@ -7,7 +7,6 @@ mod building;
 mod corridor;
 pub mod gait;
 mod loops;
-mod planner;
 
 use std::fmt;
 use std::str::FromStr;

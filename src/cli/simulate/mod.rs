@@ -3,10 +3,14 @@
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
-use hitl_slam::error::Result;
+use hitl_slam::error::{Error, Result};
 use hitl_slam::io;
 use hitl_slam::map::Trajectory;
 use hitl_slam::simulate::{self, Scenario, Settings};
+
+mod damage;
+mod person;
+mod plan;
 
 use super::{Outcome, out};
 
@@ -17,8 +21,33 @@ use super::{Outcome, out};
 /// `hitl evaluate --walls` compares).
 /// The same options always write the same files.
 #[derive(clap::Args)]
-#[command(allow_negative_numbers = true)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    disable_help_subcommand = true
+)]
+#[command(
+    subcommand_help_heading = "Real data, buildings, people",
+    subcommand_value_name = "damage|person|plan"
+)]
 pub struct Args {
+    #[command(subcommand)]
+    other: Option<Other>,
+    #[command(flatten)]
+    run: Option<RunArgs>,
+}
+
+#[derive(clap::Subcommand)]
+enum Other {
+    Damage(damage::Args),
+    Person(person::Args),
+    Plan(plan::Args),
+}
+
+/// A scenario's run.
+#[derive(clap::Args)]
+#[command(allow_negative_numbers = true)]
+struct RunArgs {
     /// loop: one lap of a ring of corridors, 650 poses. campus: three buildings, 3,100 poses.
     /// lost-poses: a room whose walls the laser sees only from 1.5 m. office-bent: two long corridors, severely bent.
     /// office-kick: the same, 30° of heading lost in one step
@@ -49,6 +78,16 @@ pub struct Args {
 /// # Errors
 /// Settings that make no sense, or files that cannot be written.
 pub fn run(args: &Args) -> Result<Outcome> {
+    match (&args.other, &args.run) {
+        (Some(Other::Damage(args)), _) => damage::run(args),
+        (Some(Other::Person(args)), _) => person::run(args),
+        (Some(Other::Plan(args)), _) => plan::run(args),
+        (None, Some(args)) => scenario(args),
+        (None, None) => Err(Error::input("<SCENARIO>", "found nothing, expected the name of a scenario")),
+    }
+}
+
+fn scenario(args: &RunArgs) -> Result<Outcome> {
     let scenario: Scenario = args.scenario.parse()?;
     let settings = Settings {
         seed: args.seed,

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::error::{Error, Result};
 use crate::geometry::{Segment, Vec2};
 
 /// Side of a raster cell, metres.
@@ -27,10 +28,14 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// The free space between walls; `None` if there is none to speak of.
-    pub fn new(walls: &[Segment]) -> Option<Planner> {
+    /// The free space between walls.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is none to speak of.
+    pub fn new(walls: &[Segment]) -> Result<Planner> {
+        let closed = || Error::input("plan", "found no free space between the walls, expected a building");
         let ends = || walls.iter().flat_map(Segment::ends);
-        let first = ends().next()?;
+        let first = ends().next().ok_or_else(closed)?;
         let (low, high) = ends().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
         let size = high - low;
         let (columns, rows) = ((size.x / CELL_M) as usize + 1, (size.y / CELL_M) as usize + 1);
@@ -52,7 +57,7 @@ impl Planner {
         }
         planner.spread_clearance();
         planner.find_free_space();
-        (planner.free.len() > 100).then_some(planner)
+        if planner.free.len() > 100 { Ok(planner) } else { Err(closed()) }
     }
 
     /// A free place, by a number in [0, 1).
