@@ -9,11 +9,11 @@ DEMO := out/demo
 demo: system
 	cargo build --release --locked
 	@mkdir -p $(DEMO)
-	$(HITL) import data/aces.clf.bz2 -o $(DEMO)/before.npz
-	$(HITL) evaluate $(DEMO)/before.npz --relations data/aces.relations --report $(DEMO)/error-before.json
-	$(HITL) correct $(DEMO)/before.npz --corrections data/aces.corrections.jsonl -o $(DEMO)/after.npz \
+	$(HITL) import data/intel.clf.bz2 --front-end scan-match -o $(DEMO)/before.npz
+	$(HITL) evaluate $(DEMO)/before.npz --relations data/intel.relations --report $(DEMO)/error-before.json
+	$(HITL) correct $(DEMO)/before.npz --corrections data/intel.corrections.jsonl -o $(DEMO)/after.npz \
 	  --trajectory $(DEMO)/trajectory.tum --report $(DEMO)/report.json --pictures $(DEMO)
-	$(HITL) evaluate $(DEMO)/after.npz --relations data/aces.relations --report $(DEMO)/error-after.json
+	$(HITL) evaluate $(DEMO)/after.npz --relations data/intel.relations --report $(DEMO)/error-after.json
 	@echo "pictures: $(DEMO)/before.png $(DEMO)/after.png $(DEMO)/before-after.png"
 	@echo "corrected trajectory: $(DEMO)/trajectory.tum   report: $(DEMO)/report.json"
 

@@ -18,6 +18,7 @@ mod figures;
 mod formulations;
 mod graphs;
 mod inconsistency;
+mod intel;
 mod invariance;
 mod page;
 mod paper_figures;
@@ -50,6 +51,7 @@ const SECTIONS: &[(&str, Measure)] = &[
     ("weights", weights::section),
     ("aces", aces::section),
     ("scan-match", scan_match::section),
+    ("intel", intel::section),
     ("closures", closures::section),
     ("effort", effort::section),
     ("crosscheck", crosscheck::section),
