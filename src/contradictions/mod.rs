@@ -55,6 +55,19 @@ pub struct Strain {
 }
 
 impl Strain {
+    /// What speaks against it, for a person.
+    pub fn reason(&self) -> String {
+        let seen = match self.clash {
+            Some(share) => {
+                format!("{:.0} % of what its two visits saw does not fit together; ", 100.0 * share)
+            }
+            None => format!("it strains the map {:.0} times as much as the others; ", self.ratio),
+        };
+        let offset = self.offset_without_m.map_or(String::new(), |m| format!("{m:.2} m and "));
+        let angle = self.angle_without_rad.to_degrees();
+        format!("{seen}without it, its walls are {offset}{angle:.1}° off what it says")
+    }
+
     /// True if it speaks against itself or is at odds with the rest.
     fn suspect(&self) -> bool {
         let fights = self.clash.map_or(self.ratio > MOST_STRAIN, |share| share > MOST_CLASH);

@@ -13,8 +13,12 @@ use tokio_stream::wrappers::WatchStream;
 
 use super::app::{App, Desk};
 use super::wire::{Answer, ends_json};
+use crate::contradictions;
 use crate::joint::Backend;
-use crate::pipeline::CorrectionReport;
+use crate::pipeline::{CorrectionReport, Corrector};
+
+/// Poses times corrections up to which contradictions are looked for after every change.
+const MOST_JUDGED: usize = 50_000;
 
 /// `GET /api/state`: all of it.
 pub async fn state(State(app): State<Arc<App>>) -> Answer {
@@ -47,6 +51,7 @@ pub fn of(desk: &Desk) -> Value {
     let (history, state, solved) = (session.history(), session.state(), session.solved());
     let map = solved.corrector().map();
     let standings = solved.corrector().standings();
+    let contradictions = contradictions_of(solved.corrector());
     let corrections = solved.reports().map(|report| {
         let standing = standings.iter().rev().find(|s| s.id == report.id);
         let factor = map.human_factors.iter().rev().find(|f| f.id == report.id);
@@ -60,6 +65,7 @@ pub fn of(desk: &Desk) -> Value {
             "offset_before_m": report.offset_m[0], "angle_before_rad": report.angle_rad[0],
             "offset_m": standing.and_then(|s| s.offset_m), "angle_rad": standing.map(|s| s.angle_rad),
             "chi2": standing.map(|s| s.chi2),
+            "conflicts": contradictions.iter().filter(|c| c.0 == report.id).map(|c| &c.1).collect::<Vec<_>>(),
             "poses": report.poses, "observations": report.observations,
             "segments": factor.map(|f| json!([turned(f.a.segment), turned(f.b.segment)])),
             "seen_from": factor.map(|f| json!([poses(&f.a), poses(&f.b)])),
@@ -84,6 +90,17 @@ pub fn of(desk: &Desk) -> Value {
         "summary": session.summary(),
         "remarks": desk.remarks,
     })
+}
+
+/// Names of the corrections that contradict the rest, and why; of maps where that is worked out while one waits.
+fn contradictions_of(corrector: &Corrector) -> Vec<(String, String)> {
+    let map = corrector.map();
+    if map.poses.len() * map.human_factors.len() > MOST_JUDGED {
+        return Vec::new();
+    }
+    // Not to know is no reason to stop: the map is what counts.
+    let found = contradictions::find(map, &corrector.options().joint).unwrap_or_default();
+    found.named.iter().map(|s| (s.id.clone(), format!("the rest: {}", s.reason()))).collect()
 }
 
 /// What a correction would do, for the status line.

@@ -19,6 +19,8 @@ pub struct Entry {
     /// How far its walls are from what it says, had nobody said it.
     pub offset_without_m: Option<f64>,
     pub angle_without_rad: f64,
+    /// The same for a person.
+    pub reason: String,
 }
 
 impl Entry {
@@ -31,25 +33,14 @@ impl Entry {
             strain_ratio: strain.ratio,
             offset_without_m: strain.offset_without_m,
             angle_without_rad: strain.angle_without_rad,
+            reason: strain.reason(),
         }
     }
 
     /// One line for a person.
     pub fn text(&self) -> String {
         let done = if self.set_aside { "was set aside (--keep-contradictions keeps it)" } else { "was kept" };
-        format!("{} contradicts the rest and {done}: {}\n", self.id, self.why())
-    }
-
-    fn why(&self) -> String {
-        let seen = match self.clash {
-            Some(share) => {
-                format!("{:.0} % of what its two visits saw does not fit together; ", 100.0 * share)
-            }
-            None => format!("it strains the map {:.0} times as much as the others; ", self.strain_ratio),
-        };
-        let offset = self.offset_without_m.map_or(String::new(), |m| format!("{m:.2} m and "));
-        let angle = self.angle_without_rad.to_degrees();
-        format!("{seen}without it, its walls are {offset}{angle:.1}° off what it says")
+        format!("{} contradicts the rest and {done}: {}\n", self.id, self.reason)
     }
 }
 
@@ -58,7 +49,7 @@ pub fn entries(agreement: &mut Agreement) -> Vec<Entry> {
     let mut entries = Vec::new();
     for (k, strain) in &agreement.set_aside {
         let entry = Entry::new(strain, true);
-        agreement.reports[*k].rejection = Some(format!("contradicts the rest: {}", entry.why()));
+        agreement.reports[*k].rejection = Some(format!("contradicts the rest: {}", entry.reason));
         entries.push(entry);
     }
     entries.extend(agreement.left.iter().map(|strain| Entry::new(strain, false)));
