@@ -18,10 +18,19 @@ export async function browser() {
   return chromium.launch({ executablePath, args });
 }
 
+const children = new Set();
+
+/** Ends every server that is still running. */
+export function killAll() {
+  children.forEach((child) => child.kill("SIGKILL"));
+}
+
 /** Runs `hitl serve` in a folder of its own. */
 export async function serve(args = [], folder = mkdtempSync(join(tmpdir(), "hitl-page-"))) {
   const started = performance.now();
   const child = spawn(hitl, ["serve", "--no-open", ...args], { cwd: folder });
+  children.add(child);
+  child.on("exit", () => children.delete(child));
   let errors = "";
   child.stderr.on("data", (text) => { errors += text; });
   const url = await new Promise((resolve, reject) => {

@@ -6,7 +6,7 @@
 //! disagree about everything else around them.
 
 use crate::geometry::{Pose2, Vec2};
-use crate::map::{Feature, HumanFactor, SlamMap};
+use crate::map::{Feature, HumanFactor, Mode, SlamMap};
 
 /// A return nearer than the other pose's by less than this, or farther by less than this, agrees, metres.
 const MARGIN_M: f64 = 0.25;
@@ -25,8 +25,12 @@ const LEAST_RETURNS: usize = 200;
 
 /// The share of comparable returns of a factor's two visits that clash with `poses`, beyond what they would clash if
 /// each were compared with itself (twice that is taken off: wheels slip within a visit, people walk through it),
-/// 0..=1; `None` if hardly any can be compared.
+/// 0..=1; `None` if hardly any can be compared, or the factor is no colocation.
 pub fn share(map: &SlamMap, factor: &HumanFactor, poses: &[Pose2]) -> Option<f64> {
+    // Only a colocation says where the visits lie to each other; a collinear leaves them free to slide along their wall.
+    if factor.mode != Mode::Colocation {
+        return None;
+    }
     let [a, b] = [&factor.a, &factor.b].map(tied);
     let between = compared(map, &a, &b, poses)?;
     let within: Vec<f64> = [&a, &b].iter().filter_map(|v| compared(map, v, v, poses)).collect();

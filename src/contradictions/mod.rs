@@ -22,9 +22,11 @@ use crate::map::{Feature, HumanFactor, Mode, Observations, SlamMap};
 
 /// A greater share of clashing returns is a contradiction. True corrections: at most 0.02 in simulations, below 0.01 on
 /// ACES, from its odometry and scan-matched.
-const MOST_CLASH: f64 = 0.03;
+const MOST_CLASH: f64 = 0.05;
 /// A strain so many times the median of the others' is a contradiction.
-const MOST_STRAIN: f64 = 8.0;
+const MOST_STRAIN: f64 = 20.0;
+/// … where there are at least so many others to compare with.
+const LEAST_OTHERS: usize = 3;
 /// A correction whose own terms stay at more than this χ² per thing that it ties was overruled by the rest.
 const MOST_UNMET: f64 = 100.0;
 /// Remaining clashes closer than this are as good as equal: strain decides.
@@ -46,7 +48,8 @@ pub struct Strain {
     pub unmet: f64,
     /// Δ: what the rest of the map pays for it, χ² (no ½).
     pub delta_chi2: f64,
-    /// Δ per thing that the mode ties, over the median of the other corrections', which counts as 1 at least.
+    /// Δ per thing that the mode ties, over the median of the other corrections', which counts as 1 at least; 1 where there are
+    /// too few others to tell.
     pub ratio: f64,
     /// Distance that the mode wants to be zero, if nobody had said it, metres; `None` if it wants none.
     pub offset_without_m: Option<f64>,
@@ -189,7 +192,7 @@ fn leave_each_out(
             clash: clash::share(map, factor, &poses),
             unmet: own / factor.weight / ties(factor.mode),
             delta_chi2: chi2 - chi2_rest - noise,
-            ratio: 0.0,
+            ratio: 1.0,
             offset_without_m: moved.offset_m(),
             angle_without_rad: moved.angle_rad(),
         };
@@ -201,8 +204,9 @@ fn leave_each_out(
     for (k, left_out) in all.iter_mut().enumerate() {
         let mut others: Vec<f64> = strains.iter().enumerate().filter(|o| o.0 != k).map(|o| *o.1).collect();
         others.sort_by(f64::total_cmp);
-        let median = others.get(others.len() / 2).copied().unwrap_or(1.0);
-        left_out.strain.ratio = strains[k] / median.max(1.0);
+        if others.len() >= LEAST_OTHERS {
+            left_out.strain.ratio = strains[k] / others[others.len() / 2].max(1.0);
+        }
     }
     Ok(all)
 }

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use hitl_slam::contradictions::{self, Contradictions};
 use hitl_slam::front_end::{self, Chain};
-use hitl_slam::geometry::{Pose2, Segment};
+use hitl_slam::geometry::{Pose2, Segment, Vec2};
 use hitl_slam::io;
 use hitl_slam::joint;
-use hitl_slam::map::{Correction, SlamMap, Stroke};
+use hitl_slam::map::{Correction, Mode, SlamMap, Stroke};
 use hitl_slam::pipeline::{Corrector, Options};
 use hitl_slam::simulate::{Scenario, Simulation};
 
@@ -113,6 +113,21 @@ fn on_a_real_map_strokes_drawn_by_a_person_are_not_named_and_one_on_another_junc
     let corrections = io::corrections::read(&shipped("aces.corrections.jsonl")).expect("shipped data").value;
     let (good, _) = corrected(&map, &corrections);
     assert_eq!(named(&good), Vec::<String>::new());
+
+    // Nor while there are only the first few of them, nor a collinear that leaves its visits 12 m apart along the wall.
+    for count in [1, 2, 4] {
+        let (early, _) = corrected(&map, &corrections[..count]);
+        assert_eq!(named(&early), Vec::<String>::new(), "after {count}");
+    }
+    let slid = Correction {
+        id: "slid".into(),
+        mode: Mode::Collinear,
+        a: Stroke::World([Vec2::new(-0.9, -1.5), Vec2::new(-3.4, -1.5)]),
+        b: Stroke::World([Vec2::new(-4.9, 11.1), Vec2::new(-7.1, 9.9)]),
+        ..corrections[0].clone()
+    };
+    let (early, reports) = corrected(&map, &[slid]);
+    assert!(reports[0].accepted() && named(&early).is_empty());
 
     let place = |id: &str| corrections.iter().position(|c| c.id == id).expect("the file has it");
     let (east, north) = (place("east-junction"), place("north-junction"));
