@@ -1,6 +1,6 @@
 //! Corrections that fight the others: found by what was seen, and by leaving each one out in turn.
 //!
-//! Two kinds of evidence. **Clash**: a correction lays two visits on one another, and what one of them saw
+//! Two kinds of evidence. **Clash**: a colocation lays two visits on one another, and what one of them saw
 //! must not stand where the other looked through (`clash::share`). **Strain**: a correction that says the same as
 //! the others costs next to nothing; without it, the rest hardly relaxes. With χ²₋ₖ the cost (no ½) of what is left
 //! without correction k at its own optimum, its strain is Δₖ = χ² − χ²₋ₖ − noiseₖ, noiseₖ being what its points scatter

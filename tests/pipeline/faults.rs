@@ -1,5 +1,5 @@
-//! One test per fault of the released implementation (design notes, "gets wrong"). Undo and replay have none yet:
-//! there is no session. The flips near ±45° and the unwrapped angles are in `invariance` and `stages::explicit`.
+//! One test per fault of the released implementation (design notes, "gets wrong"). Those of undo and replay are in
+//! `session::undo`. The flips near ±45° and the unwrapped angles are in `invariance` and `stages::explicit`.
 
 use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::map::{Correction, Mode, SlamMap, Stroke};
