@@ -12,7 +12,6 @@ export function takePoses(packed: Packed<{ revision: number; poses: number; serv
   const old = model.now;
   model.now = block(packed, Float64Array, 3 * packed.head.poses);
   model.revision = packed.head.revision;
-  model.heat = model.heat && model.heat.revision === model.revision ? model.heat : null;
   sendPoses(old);
   changed("poses");
   commitTimes.server = packed.head.server_ms;
@@ -65,7 +64,6 @@ async function fetchMap(): Promise<void> {
   model.starts = block(points, Uint32Array, points.head.starts);
   model.points = block(points, Float32Array, 2 * points.head.points);
   model.factors = block(factors, Uint32Array, 2 * factors.head.factors);
-  model.heat = null;
   model.now = new Float64Array(0);
   sendPoints();
   await fetchPoses();

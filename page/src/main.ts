@@ -8,7 +8,8 @@ import { fit, startInput } from "./input";
 import { startList } from "./list";
 import { changed, model, on } from "./model";
 import { startOverlay } from "./overlay";
-import { heat, setTheme, startPanels } from "./panels";
+import { startLayers } from "./layers/all";
+import { setTheme, startPanels } from "./panels";
 import { drawn, frames, startRaster } from "./raster";
 import { forget, startTool, times } from "./tool";
 
@@ -56,6 +57,7 @@ function news(state: State): void {
 setTheme(localStorage.getItem("theme") ?? "as the system");
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTheme(localStorage.getItem("theme") ?? "as the system"));
 startRaster();
+startLayers();
 startOverlay();
 startTool();
 startList();
@@ -67,7 +69,6 @@ resize();
 
 let fitted = 0;
 on(["state"], () => { if (model.map && model.map !== fitted) { fitted = model.map; fit(); } });
-on(["poses"], () => void heat());
 void listen(news, (alive) => { model.alive = alive; changed("tool"); });
 
 // For the tests and the measurements.

@@ -24,7 +24,6 @@ export interface Preview {
 }
 
 export type Tool = "none" | "colocation" | "collinear" | "parallel" | "perpendicular" | "straighten" | "plan";
-export type Layers = Record<"points" | "poses" | "factors" | "closures" | "strokes" | "inconsistency" | "backdrop", boolean>;
 
 export const model = {
   state: null as State | null,
@@ -39,9 +38,9 @@ export const model = {
   points: new Float32Array(0),
   factors: new Uint32Array(0),
   bounds: [-5, -5, 5, 5] as [number, number, number, number],
-  heat: null as { cells: Float32Array; resolution: number; area: number; revision: number } | null,
   view: new Viewport(),
-  layers: { points: true, poses: true, factors: false, closures: true, strokes: true, inconsistency: false, backdrop: true } as Layers,
+  /** Which are switched on (layers/registry.ts). */
+  layers: { backdrop: true } as Record<string, boolean>,
   tool: "none" as Tool,
   strokes: [] as Caught[],
   /** The stroke that is being drawn. */

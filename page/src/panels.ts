@@ -1,10 +1,11 @@
 // Dialogs: layers, solver, export, summary, keys.
 
-import { download, picture, post, block, postPacked, type Point } from "./api";
+import { download, picture, post, type Point } from "./api";
 import { act } from "./act";
 import { align, backdrop, openBackdrop, toImage } from "./backdrop";
 import { $, complain, el, length, many, toast } from "./dom";
-import { changed, model, on, type Layers } from "./model";
+import { allLayers, onFailure, switchLayer } from "./layers/registry";
+import { changed, model, on } from "./model";
 import { setPlanStep } from "./tool";
 
 const dialog = () => $<HTMLDialogElement>("panel");
@@ -23,33 +24,34 @@ export function startPanels(): void {
   $("menu").onclick = () => void session();
   dialog().addEventListener("click", (e) => { if (e.target === dialog()) dialog().close(); });
   setPlanStep(() => `Plan: click ${["a point of the plan", "where it is on the map", "a second point of the plan", "where that is on the map"][plan.length]}.`);
+  on(["layers"], noteLayers);
+  onFailure((name, error) => { model.layers[name] = false; changed("layers"); complain(error); });
   on(["state"], () => { $("name").textContent = model.state?.map?.name ?? ""; document.title = model.state?.map ? `${model.state.map.name} · hitl` : "hitl-slam"; });
 }
 
-function tick(name: keyof Layers, label: string, note = "", then?: () => void): HTMLElement {
-  const box = el("input", { type: "checkbox", checked: model.layers[name], id: `layer-${name}`, onchange: (e) => {
-    model.layers[name] = (e.target as HTMLInputElement).checked;
-    changed("layers");
-    then?.();
-  } });
-  return el("label", { class: "line" }, box, label, el("span", { class: "faint" }, note));
+function tick(name: string, label: string, note = ""): HTMLElement {
+  const box = el("input", { type: "checkbox", checked: model.layers[name], id: `layer-${name}`, onchange: (e) => switchLayer(name, (e.target as HTMLInputElement).checked) });
+  return el("label", { class: "line" }, box, label, el("span", { class: "faint", id: `note-${name}` }, note));
+}
+
+/** What is known of the layers by now. */
+function noteLayers(): void {
+  if (!dialog().open) return;
+  for (const { name, note } of allLayers()) {
+    const said = document.getElementById(`note-${name}`), box = document.getElementById(`layer-${name}`) as HTMLInputElement | null;
+    if (said && note) said.textContent = note();
+    if (box) box.checked = model.layers[name];
+  }
 }
 
 function layers(): void {
-  const map = model.state!.map!;
   const theme = el("select", { "aria-label": "Colours", onchange: (e) => setTheme((e.target as HTMLSelectElement).value) },
     ...["as the system", "light", "dark"].map((name) => el("option", { value: name, selected: (localStorage.getItem("theme") ?? "as the system") === name }, name)));
-  const heatNote = model.heat ? `${model.heat.area.toFixed(1)} m²` : "seen free from one pose, a wall from another";
   const file = el("input", { type: "file", multiple: true, id: "backdrop-file", accept: ".pgm,.yaml,.yml,image/*", onchange: (e) => {
     openBackdrop([...((e.target as HTMLInputElement).files ?? [])]).then(layers, complain);
   } });
   open("Layers",
-    tick("points", "Points", many(map.points, "point")),
-    tick("poses", "Poses", many(map.poses, "pose")),
-    tick("strokes", "Corrections", "red: earlier, blue: later"),
-    tick("factors", "Relative factors along the path"),
-    tick("closures", "Loop closures", map.closures ? many(map.closures, "closure") : "none in this map"),
-    tick("inconsistency", "Contradictions", heatNote, () => void heat()),
+    ...allLayers().flatMap(({ name, label, note, controls }) => [tick(name, label, note?.() ?? ""), ...(controls?.() ?? [])]),
     el("h3", {}, "Under the map"),
     el("p", { class: "faint" }, "An existing map (choose .pgm and .yaml together) or any floor plan as a picture."),
     file,
@@ -91,22 +93,6 @@ export function setTheme(name: string): void {
   const dark = name === "dark" || (name !== "light" && matchMedia("(prefers-color-scheme: dark)").matches);
   document.documentElement.dataset["theme"] = dark ? "dark" : "light";
   changed("theme");
-}
-
-/** Measures the inconsistency of the map as it stands. */
-export async function heat(): Promise<void> {
-  if (!model.layers.inconsistency || model.heat?.revision === model.revision) return;
-  const revision = model.revision;
-  try {
-    const packed = await postPacked<{ inconsistency_m2: number; resolution_m: number; cells: number }>("/api/inconsistency", {});
-    model.heat = { cells: block(packed, Float32Array, 3 * packed.head.cells), resolution: packed.head.resolution_m, area: packed.head.inconsistency_m2, revision };
-    changed("layers");
-    if (dialog().open && $("panel-body").querySelector("#layer-inconsistency")) layers();
-  } catch (error) {
-    model.layers.inconsistency = false;
-    changed("layers");
-    complain(error);
-  }
 }
 
 function solver(): void {

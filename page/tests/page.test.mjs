@@ -257,7 +257,7 @@ test("layers, solver, cross-check, colours", async () => {
   await person.shot("corrected-dark");
   await page.keyboard.press("l");
   await page.check("#layer-inconsistency");
-  await page.waitForFunction(() => window.hitl.model.heat, null, { timeout: 60_000 });
+  await page.waitForFunction(() => / m²$/.test(document.getElementById("note-inconsistency")?.textContent ?? ""), null, { timeout: 60_000 });
   await page.check("#layer-factors");
   const plan = join(served.folder, "plan.pgm");
   writeFileSync(plan, Buffer.concat([Buffer.from("P5\n# plan\n40 30\n255\n"), Buffer.alloc(1200, 205)]));

@@ -1,0 +1,19 @@
+// Every layer, bottom to top. The list in the dialog has the same order, after the points.
+
+import { many } from "../dom";
+import { model, on } from "../model";
+import { addFactors } from "./factors";
+import { addHeat } from "./heat";
+import { addPoses } from "./poses";
+import { addLayer, bringAll } from "./registry";
+import { addStrokes } from "./strokes";
+
+export function startLayers(): void {
+  // Drawn by the worker (raster.ts).
+  addLayer({ name: "points", label: "Points", on: true, note: () => many(model.state?.map?.points ?? 0, "point") });
+  addHeat();
+  addFactors();
+  addPoses();
+  addStrokes();
+  on(["poses"], bringAll);
+}
