@@ -68,9 +68,9 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
     let shape = |walk: &Walk| -> Result<(Shape, u64)> {
         let mut group = Group::new(std::slice::from_ref(walk), start, &alone)?;
         group.round(0, 0, &[walk.steps.len()], &mut |_| ())?;
-        let samples = group.latest()[0].sampled_paths.iter();
+        let samples = group.latest()[0].sampled_paths.paths();
         let stride = samples.len().div_ceil(PATHS).max(1);
-        let paths: Vec<Vec<Vec2>> = samples.step_by(stride).cloned().collect();
+        let paths: Vec<Vec<Vec2>> = samples.into_iter().step_by(stride).collect();
         Ok((Shape { paths, own_evidence: 0.0 }, group.particle_steps))
     };
     let shapes: Vec<Result<(Shape, u64)>> = walks.par_iter().map(shape).collect();

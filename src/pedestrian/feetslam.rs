@@ -6,11 +6,13 @@
 
 use rayon::prelude::*;
 
+use super::bend::{Bend, Curve, harmful_bend, harmful_curve};
 use super::footslam::{self, Estimate, Pass};
 use super::grid;
 use super::hex::HexGrid;
 use super::layout::Layout;
 use super::options::{GainSchedule, GridChoice, Options, Start};
+use super::path_tree::PathTree;
 use super::random::Key;
 use super::transition_map::{Prior, TransitionMap};
 use super::walk::Walk;
@@ -26,7 +28,9 @@ pub enum FallBack {
     /// The first steps have no common direction; its concentration.
     NoDirection(f64),
     /// The building turns by a small angle.
-    Bend(grid::Bend),
+    Bend(Bend),
+    /// The building begins to curve.
+    Curve(Curve),
 }
 
 /// What an iteration found out, for those who want to see it happen.
@@ -42,6 +46,17 @@ pub struct Snapshot<'a> {
     pub estimates: &'a [Estimate],
     /// Change of the total map since the iteration before, 0..=1; 1 in iteration 0.
     pub change: f64,
+}
+
+/// What the walkers of a group know together before an iteration.
+struct Shared {
+    /// The sum of the maps of those who take part.
+    total: TransitionMap,
+    /// Each walker's own.
+    own: Vec<TransitionMap>,
+    gain: f64,
+    /// A walker's own map belongs to its prior.
+    with_own: bool,
 }
 
 /// Walkers who map together.
@@ -120,7 +135,8 @@ impl<'a> Group<'a> {
         for ((start, estimate), &pose) in self.starts.iter_mut().zip(&mut self.latest).zip(poses) {
             let new_from_old = pose.compose(start.pose.inverse());
             start.pose = pose;
-            for p in estimate.sampled_paths.iter_mut().flatten().chain(&mut estimate.best) {
+            estimate.sampled_paths.transform(new_from_old);
+            for p in &mut estimate.best {
                 *p = new_from_old.transform_point(*p);
             }
             for p in &mut estimate.mean {
@@ -133,6 +149,11 @@ impl<'a> Group<'a> {
     /// Each walker's latest result; empty before the first round.
     pub fn latest(&self) -> &[Estimate] {
         &self.latest
+    }
+
+    /// The same, without the group.
+    pub fn into_latest(self) -> Vec<Estimate> {
+        self.latest
     }
 
     /// One round of FeetSLAM on the first `steps[j]` steps of each walk; `first` is the first iteration (1 to go on
@@ -153,17 +174,15 @@ impl<'a> Group<'a> {
             let grid = self.grid(round, iteration, steps);
             let layout = Layout::around(&grid, self.tracks.iter().flatten().copied())?;
             let froms: Vec<usize> = (0..steps.len()).map(|j| self.window_start(round, j, steps[j])).collect();
-            let priors = self.priors(iteration, &grid, layout, &froms);
-            let exchange =
-                matches!(self.options.grid, GridChoice::Regrid) || iteration == last || iteration == 0;
-            self.latest = self.passes(
-                round,
-                iteration,
-                steps,
-                (grid, layout),
-                &priors,
-                exchange || self.fall_back.is_some(),
-            );
+            let shared = self.shared(iteration, grid, layout);
+            // What was drawn is drawn into the maps now: the next paths come with the next passes.
+            self.latest.iter_mut().for_each(|e| e.sampled_paths = PathTree::default());
+            let exchange = matches!(self.options.grid, GridChoice::Regrid)
+                || iteration == last
+                || iteration == 0
+                || self.fall_back.is_some();
+            self.latest =
+                self.passes(round, iteration, (steps, &froms), (grid, layout), shared.as_ref(), exchange);
             let run: usize = steps.iter().zip(&froms).map(|(&to, &from)| to - from).sum();
             self.particle_steps += (run * self.options.particles) as u64;
 
@@ -203,17 +222,25 @@ impl<'a> Group<'a> {
         if self.fall_back.is_some() {
             return None;
         }
-        let parts = || self.tracks.iter().zip(steps).zip(self.walks).zip(&self.takes_part);
         if self.aligned_rad.is_none() {
-            let heads: Vec<(&[Vec2], f64)> = parts()
-                .map(|(((track, &steps), walk), _)| {
-                    (
-                        &track[..=steps.min(walk.steps_to_length(grid::ALIGN_WITHIN_M))],
-                        walk.typical_length_m(),
-                    )
-                })
+            let tracks: Vec<(&[Vec2], &Walk)> = self
+                .tracks
+                .iter()
+                .zip(steps)
+                .zip(self.walks)
+                .map(|((track, &steps), walk)| (&track[..=steps], walk))
                 .collect();
-            match grid::group_direction(heads.into_iter()) {
+            let long = grid::long_direction(
+                tracks.iter().map(|(track, walk)| (*track, walk.typical_length_m())),
+                &self.options.noise,
+            );
+            let found = long.filter(|d| d.concentration >= grid::MIN_CONCENTRATION).or_else(|| {
+                grid::group_direction(tracks.iter().map(|(track, walk)| {
+                    let head = walk.steps_to_length(grid::ALIGN_WITHIN_M).min(track.len() - 1);
+                    (&track[..=head], walk.typical_length_m())
+                }))
+            });
+            match found {
                 Some(d) if d.concentration >= grid::MIN_CONCENTRATION => self.aligned_rad = Some(d.angle_rad),
                 other => {
                     self.fall_back = Some(FallBack::NoDirection(other.map_or(0.0, |d| d.concentration)));
@@ -221,39 +248,31 @@ impl<'a> Group<'a> {
                 }
             }
         }
+        let parts = self.tracks.iter().zip(steps).zip(&self.takes_part);
         let tracks: Vec<&[Vec2]> =
-            parts().filter(|(_, t)| **t).map(|(((track, &steps), _), _)| &track[..=steps]).collect();
-        if let Some(bend) = grid::harmful_bend(&tracks) {
-            self.fall_back = Some(FallBack::Bend(bend));
-            return None;
-        }
-        self.aligned_rad
+            parts.filter(|(_, t)| **t).map(|((track, &steps), _)| &track[..=steps]).collect();
+        let bend = harmful_bend(&tracks).map(FallBack::Bend);
+        self.fall_back = bend.or_else(|| harmful_curve(&tracks).map(FallBack::Curve));
+        if self.fall_back.is_some() { None } else { self.aligned_rad }
     }
 
-    /// What each walker is told by the others; `None` where there is nothing to tell.
-    fn priors(
-        &self,
-        iteration: usize,
-        grid: &HexGrid,
-        layout: Layout,
-        froms: &[usize],
-    ) -> Vec<Option<Prior>> {
+    /// What the walkers know together; `None` where there is nothing to tell.
+    fn shared(&self, iteration: usize, grid: HexGrid, layout: Layout) -> Option<Shared> {
         if self.latest.is_empty() || (self.walks.len() == 1 && !self.options.own_map_in_prior) {
-            return self.walks.iter().map(|_| None).collect();
+            return None;
         }
         // Counts where the grid is still the same, else the paths drawn on the new one.
         let own = |estimate: &Estimate| {
-            if estimate.map.grid == *grid && estimate.map.layout == layout {
+            if estimate.map.grid == grid && estimate.map.layout == layout {
                 return estimate.map.clone();
             }
-            let mut map = TransitionMap::new(*grid, layout);
-            let weight = 1.0 / estimate.sampled_paths.len().max(1) as f64;
-            estimate.sampled_paths.iter().for_each(|path| map.add_path(path, weight));
+            let mut map = TransitionMap::new(grid, layout);
+            estimate.sampled_paths.add_to(&mut map);
             map
         };
-        let maps: Vec<TransitionMap> = self.latest.par_iter().map(own).collect();
-        let mut total = TransitionMap::new(*grid, layout);
-        maps.iter().zip(&self.takes_part).filter(|(_, t)| **t).for_each(|(map, _)| total.add_map(map));
+        let own: Vec<TransitionMap> = self.latest.par_iter().map(own).collect();
+        let mut total = TransitionMap::new(grid, layout);
+        own.iter().zip(&self.takes_part).filter(|(_, t)| **t).for_each(|(map, _)| total.add_map(map));
         let gain = match self.options.gain_schedule {
             GainSchedule::Annealed if iteration > 0 => {
                 self.options.gain * iteration as f64 / self.options.iterations as f64
@@ -261,18 +280,20 @@ impl<'a> Group<'a> {
             _ => self.options.gain,
         };
         let with_own = self.options.own_map_in_prior && iteration == 0;
-        let prior = |(j, map): (usize, &TransitionMap)| {
-            if !self.takes_part[j] {
-                return None;
-            }
-            let mut others = total.clone();
-            if !with_own {
-                others.subtract(map);
-                others.add_path(&self.frozen(j, froms[j]), 1.0);
-            }
-            Some(Prior::new(&others, gain, self.options.alpha))
-        };
-        maps.par_iter().enumerate().map(prior).collect()
+        Some(Shared { total, own, gain, with_own })
+    }
+
+    /// What walker j is told by the others; made when its pass begins, as it is large.
+    fn prior(&self, shared: &Shared, j: usize, from: usize) -> Option<Prior> {
+        if !self.takes_part[j] {
+            return None;
+        }
+        let mut others = shared.total.clone();
+        if !shared.with_own {
+            others.subtract(&shared.own[j]);
+            others.add_path(&self.frozen(j, from), 1.0);
+        }
+        Some(Prior::new(&others, shared.gain, self.options.alpha))
     }
 
     /// The step from which on a walker is run again: 0, or what the sliding window leaves.
@@ -300,14 +321,15 @@ impl<'a> Group<'a> {
         &self,
         round: usize,
         iteration: usize,
-        steps: &[usize],
+        (steps, froms): (&[usize], &[usize]),
         (grid, layout): (HexGrid, Layout),
-        priors: &[Option<Prior>],
+        shared: Option<&Shared>,
         exchange: bool,
     ) -> Vec<Estimate> {
         let root = Key::new(self.options.seed);
         let one = |(j, walk): (usize, &Walk)| {
-            let from = self.window_start(round, j, steps[j]);
+            let from = froms[j];
+            let prior = shared.and_then(|shared| self.prior(shared, j, from));
             let mut start = self.starts[j];
             if from > 0 {
                 start.pose = self.latest[j].mean[from];
@@ -318,7 +340,7 @@ impl<'a> Group<'a> {
                 start,
                 grid,
                 layout,
-                prior: priors[j].as_ref(),
+                prior: prior.as_ref(),
                 options: self.options,
                 // By name: the order in which walks are given does not matter.
                 key: root.named(&walk.name).with(round as u64).with(iteration as u64),

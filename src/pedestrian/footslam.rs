@@ -5,6 +5,7 @@ use super::layout::Layout;
 use super::motion::measured;
 use super::options::{Options, Start};
 use super::particle_filter::{ParticleFilter, Setting};
+use super::path_tree::PathTree;
 use super::random::Key;
 use super::transition_map::{Prior, TransitionMap};
 use super::walk::Step;
@@ -45,7 +46,7 @@ pub struct Estimate {
     /// Expected crossings of this walker alone.
     pub map: TransitionMap,
     /// Paths drawn from the posterior, equally weighted.
-    pub sampled_paths: Vec<Vec<Vec2>>,
+    pub sampled_paths: PathTree,
     /// ln of the evidence.
     pub log_evidence: f64,
     /// How often particles were resampled.
@@ -57,10 +58,7 @@ impl Estimate {
     pub(super) fn after(mut self, earlier: &Estimate, from: usize) -> Estimate {
         let frozen: Vec<Vec2> = earlier.mean[..=from].iter().map(|p| p.translation()).collect();
         self.map.add_path(&frozen, 1.0);
-        let behind = |path: &mut Vec<Vec2>| {
-            path.splice(0..0, frozen[..from].iter().copied());
-        };
-        self.sampled_paths.iter_mut().for_each(behind);
+        self.sampled_paths.put_before(&frozen[..from]);
         self.best.splice(0..0, earlier.best[..from].iter().copied());
         self.mean.splice(0..0, earlier.mean[..from].iter().copied());
         self.sigma_m.splice(0..0, earlier.sigma_m[..from].iter().copied());
@@ -93,18 +91,19 @@ pub fn run(pass: &Pass) -> Estimate {
         mean.push(Pose2::new(p.x, p.y, wrap_angle(step.heading_rad + sums.heading_offset_rad())));
         sigma_m.push(sums.sigma());
     }
-    let to_world = |path: Vec<[f32; 2]>| -> Vec<Vec2> {
-        path.iter().map(|&[x, y]| pass.grid.to_world(Vec2::new(x.into(), y.into()))).collect()
-    };
+    let to_world = |[x, y]: [f32; 2]| pass.grid.to_world(Vec2::new(x.into(), y.into()));
     let mut map = TransitionMap::new(pass.grid, pass.layout);
     filter.add_to(&mut map);
-    let sampled = if pass.sampled_paths > 0 { filter.sample(pass.sampled_paths) } else { Vec::new() };
+    let sampled_paths = match pass.sampled_paths {
+        0 => PathTree::default(),
+        count => filter.sample(count, to_world),
+    };
     Estimate {
-        best: to_world(filter.path(filter.best())),
+        best: filter.path(filter.best()).into_iter().map(to_world).collect(),
         mean,
         sigma_m,
         map,
-        sampled_paths: sampled.iter().map(|&i| to_world(filter.path(i as usize))).collect(),
+        sampled_paths,
         log_evidence: filter.log_evidence,
         resamplings: filter.resamplings,
     }

@@ -45,6 +45,17 @@ impl Genealogy {
         path
     }
 
+    /// Number of layers: the start and one per step.
+    pub fn len(&self) -> usize {
+        self.layers.len()
+    }
+
+    /// Where a particle was after a step, and its parent's index in the layer before.
+    pub fn look(&self, layer: usize, particle: usize) -> ([f32; 2], usize) {
+        let layer = &self.layers[layer];
+        (layer.positions[particle], layer.parents.get(particle).map_or(particle, |&p| p as usize))
+    }
+
     fn prune(&mut self) {
         for k in (1..self.layers.len()).rev() {
             let (before, rest) = self.layers.split_at_mut(k);

@@ -1,31 +1,29 @@
-//! Which hexagon grid: turned to the group's walking direction, fixed, or drawn anew; and when not to trust the first.
+//! Which hexagon grid: turned to the group's walking direction, or drawn anew.
 //!
 //! A hexagon map holds paths near the grid's axes more easily than others. On an axis that is a straight-corridor
-//! prior and takes out drift; a leg that truly runs a few degrees off an axis would be bent onto it. Walkers drift each
-//! in their own way but turn where the building turns: a change of direction that *all* walkers have at the same place
-//! is the building's. If it leaves the direction within reach of an axis but off it, the aligned grid does harm, and the
-//! run goes on with [`GridChoice::Regrid`](super::GridChoice), which prefers no direction.
+//! prior and takes out drift; a leg that truly runs a few degrees off an axis would be bent onto it. Where
+//! [`super::bend`] notices that, the run goes on with [`GridChoice::Regrid`](super::GridChoice), which prefers no
+//! direction.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
+use std::f64::consts::FRAC_PI_2;
 
 use super::hex::HexGrid;
+use super::options::OdometryNoise;
 use super::random::Key;
-use crate::geometry::{Vec2, angle_diff, wrap_angle};
+use crate::geometry::{Vec2, wrap_angle};
 
 /// The direction is taken from this much of every walk, metres, or from the first round if that is shorter.
 pub const ALIGN_WITHIN_M: f64 = 15.0;
 /// Below this concentration there is no common direction.
 pub const MIN_CONCENTRATION: f64 = 0.9;
-/// Lengths of the two chords that meet at a bend, metres.
-const CHORDS_M: [f64; 2] = [5.0, 10.0];
-/// A chord must be this straight: its length over that of the path. Keeps out chords that clip a corner.
-const STRAIGHT: f64 = 0.985;
-/// Bends this far from a multiple of 30° are pulled onto the axis, radians.
-const HARMFUL_RAD: [f64; 2] = [0.050, 0.160];
-/// A bend is common to all if its mean is this many standard errors from the nearest multiple of 30°.
-const SIGNIFICANT: f64 = 4.0;
-/// Standard error that is assumed at least, radians.
-const SMALLEST_ERROR_RAD: f64 = 0.003;
+/// Walks of at least this length tell their direction better, metres: along several legs drift can be told from it.
+pub const LONG_M: f64 = 60.0;
+/// Of a long walk, this much is looked at, metres.
+const LOOKED_AT_M: f64 = 140.0;
+/// White noise of the direction of a stride, radians.
+const STRIDE_NOISE_RAD: f64 = 0.035;
+/// Strides further off the axes than this are on their way round a corner, or oblique, radians.
+const GATE_RAD: f64 = 0.26;
 
 /// Where a group is heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,80 +52,62 @@ pub fn group_direction<'a>(tracks: impl Iterator<Item = (&'a [Vec2], f64)>) -> O
     (weights > 0.0).then_some(direction)
 }
 
-/// A change of direction that all walkers share.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bend {
-    /// Path length at which it is, metres.
-    pub at_m: f64,
-    /// Mean over the walkers, radians.
-    pub angle_rad: f64,
-}
-
-/// The first common bend that an aligned grid would get wrong; needs at least two walkers.
-pub fn harmful_bend(tracks: &[&[Vec2]]) -> Option<Bend> {
-    let lengths: Vec<Vec<f64>> = tracks.iter().map(|t| path_lengths(t)).collect();
-    let longest_m = lengths.iter().filter_map(|l| l.last().copied()).fold(0.0, f64::max);
-    for chord_m in CHORDS_M {
-        // Every half metre: mean and standard error of the change of direction, where two walkers have one.
-        let bends: Vec<Option<(f64, f64)>> = (0..(2.0 * longest_m) as usize)
-            .map(|k| mean_bend(tracks, &lengths, 0.5 * k as f64, chord_m))
-            .collect();
-        let reach = (2.0 * chord_m) as usize;
-        for (k, bend) in bends.iter().enumerate() {
-            let Some((angle_rad, error_rad)) = *bend else { continue };
-            let near = &bends[k.saturating_sub(reach)..(k + reach).min(bends.len())];
-            let is_peak = near.iter().flatten().all(|(other, _)| other.abs() <= angle_rad.abs());
-            let off_axis = angle_rad - (angle_rad / FRAC_PI_6).round() * FRAC_PI_6;
-            let harmful = (HARMFUL_RAD[0]..=HARMFUL_RAD[1]).contains(&off_axis.abs());
-            if is_peak && harmful && off_axis.abs() > SIGNIFICANT * error_rad.max(SMALLEST_ERROR_RAD) {
-                return Some(Bend { at_m: 0.5 * k as f64, angle_rad });
-            }
-        }
-    }
-    None
-}
-
-/// Mean and standard error over the walkers of the angle between the chords before and after `at_m`.
-fn mean_bend(tracks: &[&[Vec2]], lengths: &[Vec<f64>], at_m: f64, chord_m: f64) -> Option<(f64, f64)> {
-    let mut angles = Vec::new();
-    for (track, lengths) in tracks.iter().zip(lengths) {
-        let at = |s| point_at(track, lengths, s);
-        let (Some(a), Some(b), Some(c)) = (at(at_m - chord_m), at(at_m), at(at_m + chord_m)) else {
+/// The common direction (modulo 90°) of walks of at least [`LONG_M`], where the dead reckoning starts; without them
+/// `None`.
+///
+/// Each stride of two steps measures the axes' direction plus the heading error of that moment. A Kalman filter over
+/// (direction + heading error, drift) goes backwards through the walk, so that its last estimate is the one at the start,
+/// where the heading is known. Its noise is that of the mapper.
+pub fn long_direction<'a>(
+    tracks: impl Iterator<Item = (&'a [Vec2], f64)>,
+    noise: &OdometryNoise,
+) -> Option<GroupDirection> {
+    let (mut sum, mut count) = (Vec2::zeros(), 0.0);
+    for (track, typical_m) in tracks {
+        let strides: Vec<Vec2> =
+            track.windows(3).step_by(2).map(|w| w[2] - w[0]).filter(|v| v.norm() > 1.7 * typical_m).collect();
+        let stride_m = 2.0 * typical_m;
+        if (strides.len() as f64) * stride_m < LONG_M {
             continue;
-        };
-        let (before, after) = (b - a, c - b);
-        if before.norm().min(after.norm()) > STRAIGHT * chord_m {
-            angles.push(angle_diff(after.y.atan2(after.x), before.y.atan2(before.x)));
         }
+        let looked_at = &strides[..strides.len().min((LOOKED_AT_M / stride_m) as usize)];
+        let (angle_rad, fitting) = backwards(looked_at, stride_m / OdometryNoise::STEP_M, noise);
+        let (s, c) = (4.0 * angle_rad).sin_cos();
+        sum += Vec2::new(c, s) * fitting;
+        count += 1.0;
     }
-    if angles.len() < 2 {
-        return None;
-    }
-    let count = angles.len() as f64;
-    let mean = angles.iter().sum::<f64>() / count;
-    let variance = angles.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    Some((mean, (variance / count).sqrt()))
+    (count > 0.0)
+        .then(|| GroupDirection { angle_rad: sum.y.atan2(sum.x) / 4.0, concentration: sum.norm() / count })
 }
 
-fn path_lengths(track: &[Vec2]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let mut lengths = vec![0.0];
-    for pair in track.windows(2) {
-        sum += (pair[1] - pair[0]).norm();
-        lengths.push(sum);
+/// Direction of the axes as seen at the start of these strides, and the share of them that run along one; `share` is a
+/// stride's length in steps of the noise.
+fn backwards(strides: &[Vec2], share: f64, noise: &OdometryNoise) -> (f64, f64) {
+    let off_axis = |angle: f64| angle - (angle / FRAC_PI_2).round() * FRAC_PI_2;
+    let square = |x: f64| x * x;
+    let mut angle = strides.last().map_or(0.0, |v| v.y.atan2(v.x));
+    let (mut drift, mut fitting) = (0.0, 0);
+    let r = square(STRIDE_NOISE_RAD);
+    // Covariance of (angle, drift).
+    let (mut p_aa, mut p_ad, mut p_dd) = (r, 0.0, square(noise.drift_start_rad));
+    for stride in strides.iter().rev() {
+        angle -= share * drift;
+        p_aa += square(share) * p_dd - 2.0 * share * p_ad + share * square(noise.heading_rad);
+        p_ad -= share * p_dd;
+        p_dd += share * square(noise.drift_rad);
+        let error = off_axis(stride.y.atan2(stride.x) - angle);
+        if error.abs() > GATE_RAD {
+            continue;
+        }
+        fitting += 1;
+        let (gain_angle, gain_drift) = (p_aa / (p_aa + r), p_ad / (p_aa + r));
+        angle += gain_angle * error;
+        drift += gain_drift * error;
+        p_dd -= gain_drift * p_ad;
+        p_ad *= 1.0 - gain_angle;
+        p_aa *= 1.0 - gain_angle;
     }
-    lengths
-}
-
-fn point_at(track: &[Vec2], lengths: &[f64], at_m: f64) -> Option<Vec2> {
-    if at_m < 0.0 {
-        return None;
-    }
-    let next = lengths.partition_point(|&l| l < at_m);
-    let end = *track.get(next)?;
-    let Some(before) = next.checked_sub(1) else { return Some(end) };
-    let share = (at_m - lengths[before]) / (lengths[next] - lengths[before]);
-    Some(track[before] + (end - track[before]) * share)
+    (off_axis(angle), f64::from(fitting) / strides.len().max(1) as f64)
 }
 
 /// A grid with a random angle and offset: the same for all walkers of an iteration.

@@ -45,6 +45,30 @@ pub struct Coverage {
     pub recall: f64,
 }
 
+/// Of a map's crossings so near to a true way, metres, [`coverage`] says that they are on it.
+pub const NEAR_A_WAY_M: f64 = 1.0;
+/// So many crossings make a hexagon a way.
+pub const A_WAY: f64 = 0.5;
+/// A walk that is not this straight between two true positions took a way that they do not tell.
+const STRAIGHT: f64 = 1.05;
+
+/// The ways of a walker that its true positions tell: lines between two of them where the walk between was straight.
+pub fn true_ways(walk: &Walk, truth: &[TruthPoint]) -> Vec<Vec<Vec2>> {
+    let lengths = walk.lengths_m();
+    let walked_m = |stamp_s: f64| {
+        let (step, share) = walk.place_at(stamp_s);
+        let before = step.checked_sub(1).and_then(|k| lengths.get(k)).copied().unwrap_or(0.0);
+        before + share * (lengths.get(step).copied().unwrap_or(before) - before)
+    };
+    let own: Vec<&TruthPoint> = truth.iter().filter(|t| t.walker == walk.name).collect();
+    let straight = |pair: &&[&TruthPoint]| {
+        let distance_m = (pair[1].position - pair[0].position).norm();
+        distance_m > 0.1
+            && walked_m(pair[1].stamp_s) - walked_m(pair[0].stamp_s) < STRAIGHT * distance_m + 0.1
+    };
+    own.windows(2).filter(straight).map(|pair| vec![pair[0].position, pair[1].position]).collect()
+}
+
 /// Compares a map with true ways: polylines, world frame.
 pub fn coverage(map: &TransitionMap, ways: &[Vec<Vec2>], tolerance_m: f64, enough: f64) -> Coverage {
     let mut near = HashSet::new();

@@ -8,6 +8,7 @@
 //! Metres, radians, seconds. Everything follows from the walks, the options and the seed, at any number of threads.
 
 pub mod align;
+pub mod bend;
 pub mod feetslam;
 pub mod footslam;
 mod genealogy;
@@ -20,6 +21,7 @@ pub mod metrics;
 pub mod motion;
 mod options;
 pub mod particle_filter;
+mod path_tree;
 pub mod picture;
 pub mod random;
 pub mod successive;
@@ -30,5 +32,6 @@ pub mod weights;
 
 pub use layout::Layout;
 pub use options::{GainSchedule, GridChoice, Norm, OdometryNoise, Options, Start};
+pub use path_tree::PathTree;
 pub use transition_map::TransitionMap;
 pub use walk::{Step, TruthPoint, Walk};

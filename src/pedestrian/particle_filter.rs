@@ -14,9 +14,11 @@ use super::history::{Archive, Past, Piece, Tail};
 use super::layout::Layout;
 use super::motion::{ErrorState, MeasuredStep, Sigmas};
 use super::options::Options;
+use super::path_tree::PathTree;
 use super::random::{Key, Normals};
 use super::transition_map::{Prior, TransitionMap};
 use super::weights::{BLOCK, Sums, systematic};
+use crate::geometry::Vec2;
 
 /// Word of a step's stream that decides the resampling; the particles use the words from 0.
 pub const RESAMPLING_WORD: u64 = 1 << 40;
@@ -175,11 +177,15 @@ impl<'a> ParticleFilter<'a> {
         self.genealogy.path(particle)
     }
 
-    /// Indices of `count` particles drawn by weight.
-    pub fn sample(&self, count: usize) -> Vec<u32> {
+    /// The paths of `count` particles drawn by weight; `to_world` takes points from the grid frame.
+    pub fn sample(&self, count: usize, to_world: impl Fn([f32; 2]) -> Vec2) -> PathTree {
         let weights = || self.blocks.iter().flat_map(|b| b.weights.iter().copied());
         let sum = weights().map(f64::from).sum();
-        systematic(weights(), sum, count, 0.5)
+        let drawn = systematic(weights(), sum, count, 0.5);
+        PathTree::grow(&drawn, self.genealogy.len(), |layer, particle| {
+            let (position, parent) = self.genealogy.look(layer, particle);
+            (to_world(position), parent)
+        })
     }
 
     /// Adds the expected crossings of all particles.

@@ -104,6 +104,7 @@ pub fn run(
     options: &Options,
     observe: &mut dyn FnMut(&Snapshot),
 ) -> Result<Outcome> {
+    options.validate()?;
     let alone = Options { iterations: 0, ..*options };
     let (options, cuts) = match mode {
         Mode::FootSlam => (&alone, Ends::Lengths(Vec::new()).cuts(walks)),
@@ -134,14 +135,14 @@ pub fn run(
         })?;
     }
     Ok(Outcome {
-        estimates: group.latest().to_vec(),
         total: total.ok_or_else(|| Error::Internal("no round was run".into()))?,
         rounds: cuts.len(),
         iterations,
         change,
         particle_steps: group.particle_steps,
         fall_back: group.fall_back,
-        starts: group.starts,
-        takes_part: group.takes_part,
+        takes_part: std::mem::take(&mut group.takes_part),
+        starts: std::mem::take(&mut group.starts),
+        estimates: group.into_latest(),
     })
 }

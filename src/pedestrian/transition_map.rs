@@ -12,20 +12,24 @@ use crate::geometry::Vec2;
 const ONE: f64 = (1_u64 << 32) as f64;
 
 /// Crossing counts on a window of a grid.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct TransitionMap {
     /// Where the cells lie.
     pub grid: HexGrid,
     /// How they are numbered.
     pub layout: Layout,
-    /// Per cell, edges 0, 1, 2.
-    counts: Vec<[u64; 3]>,
+    /// Edges 0, 1, 2 of every cell, in pages; a page without a crossing does not exist.
+    pages: Vec<Option<Box<Page>>>,
 }
+
+/// Cells of a page: a walk of some minutes comes through a small part of the window.
+const PAGE: usize = 64;
+type Page = [[u64; 3]; PAGE];
 
 impl TransitionMap {
     /// No crossing yet.
     pub fn new(grid: HexGrid, layout: Layout) -> Self {
-        TransitionMap { grid, layout, counts: vec![[0; 3]; layout.len()] }
+        TransitionMap { grid, layout, pages: vec![None; layout.len().div_ceil(PAGE)] }
     }
 
     /// A weight in 0..=1 (or a number of crossings) as fixed point.
@@ -37,26 +41,33 @@ impl TransitionMap {
     #[inline]
     pub fn add(&mut self, from: Cell, edge: usize, fixed: u64) {
         let (cell, edge) = if edge < 3 { (from, edge) } else { (from.across(edge), opposite(edge)) };
-        self.counts[self.layout.id(cell) as usize][edge] += fixed;
+        self.add_edge(self.layout.id(cell), edge, fixed);
     }
 
     /// Adds the crossings along a path of cell ids.
     pub fn add_ids(&mut self, path: &[u16], fixed: u64) {
         for pair in path.windows(2) {
             let (id, edge) = self.layout.edge_between(pair[0], pair[1]);
-            self.counts[id as usize][edge] += fixed;
+            self.add_edge(id, edge, fixed);
         }
     }
 
     /// Adds crossings of edge 0, 1 or 2 of the cell of that id.
+    #[inline]
     pub fn add_edge(&mut self, id: u16, edge: usize, fixed: u64) {
-        self.counts[id as usize][edge] += fixed;
+        let page = self.pages[id as usize / PAGE].get_or_insert_with(|| Box::new([[0; 3]; PAGE]));
+        page[id as usize % PAGE][edge] += fixed;
+    }
+
+    /// Edges 0, 1, 2 of a cell.
+    fn own_edges(&self, id: u16) -> [u64; 3] {
+        self.pages[id as usize / PAGE].as_ref().map_or([0; 3], |page| page[id as usize % PAGE])
     }
 
     /// Expected number of crossings of `edge` of `cell`.
     pub fn count(&self, cell: Cell, edge: usize) -> f64 {
         let (cell, edge) = if edge < 3 { (cell, edge) } else { (cell.across(edge), opposite(edge)) };
-        self.counts[self.layout.id(cell) as usize][edge] as f64 / ONE
+        self.own_edges(self.layout.id(cell))[edge] as f64 / ONE
     }
 
     /// Expected crossings of all six edges of a cell.
@@ -85,41 +96,62 @@ impl TransitionMap {
 
     /// Adds another map on the same grid.
     pub fn add_map(&mut self, other: &TransitionMap) {
-        for (mine, theirs) in self.counts.iter_mut().zip(&other.counts) {
-            for (a, b) in mine.iter_mut().zip(theirs) {
-                *a += b;
+        for (mine, theirs) in self.pages.iter_mut().zip(&other.pages) {
+            match (mine, theirs) {
+                (Some(mine), Some(theirs)) => {
+                    let both = mine.as_flattened_mut().iter_mut().zip(theirs.as_flattened());
+                    both.for_each(|(a, b)| *a += b);
+                }
+                (mine, Some(theirs)) => *mine = Some(theirs.clone()),
+                (_, None) => {}
             }
         }
     }
 
     /// Takes away a map that was added before: the rest is exact.
     pub fn subtract(&mut self, other: &TransitionMap) {
-        for (mine, theirs) in self.counts.iter_mut().zip(&other.counts) {
-            for (a, b) in mine.iter_mut().zip(theirs) {
-                *a = a.saturating_sub(*b);
+        for (mine, theirs) in self.pages.iter_mut().zip(&other.pages) {
+            if let (Some(mine), Some(theirs)) = (mine, theirs) {
+                let both = mine.as_flattened_mut().iter_mut().zip(theirs.as_flattened());
+                both.for_each(|(a, b)| *a = a.saturating_sub(*b));
             }
         }
     }
 
+    /// All counts that are held.
+    fn counts(&self) -> impl Iterator<Item = u64> {
+        self.pages.iter().flatten().flat_map(|page| page.as_flattened().iter().copied())
+    }
+
     /// Sum of all crossings.
     pub fn total(&self) -> f64 {
-        self.counts.iter().flatten().map(|&c| c as f64).sum::<f64>() / ONE
+        self.counts().map(|c| c as f64).sum::<f64>() / ONE
     }
 
     /// How much two maps differ: ½ Σ|a − b| / mean of their sums; 0: equal, 1: nothing in common.
     pub fn change(&self, other: &TransitionMap) -> f64 {
-        let differences = self.counts.iter().flatten().zip(other.counts.iter().flatten());
-        let sum: f64 = differences.map(|(a, b)| a.abs_diff(*b) as f64).sum::<f64>() / ONE;
+        let difference = |(a, b): (&Option<Box<Page>>, &Option<Box<Page>>)| match (a, b) {
+            (Some(a), Some(b)) => {
+                let both = a.as_flattened().iter().zip(b.as_flattened());
+                both.map(|(a, b)| a.abs_diff(*b) as f64).sum::<f64>()
+            }
+            (Some(one), None) | (None, Some(one)) => one.as_flattened().iter().map(|&c| c as f64).sum(),
+            (None, None) => 0.0,
+        };
+        let sum: f64 = self.pages.iter().zip(&other.pages).map(difference).sum::<f64>() / ONE;
         let both = self.total() + other.total();
         if both > 0.0 { sum / both } else { 0.0 }
     }
 
     /// Every edge with crossings: the cell, the edge (0, 1 or 2) and the count.
     pub fn edges(&self) -> impl Iterator<Item = (Cell, usize, f64)> {
-        self.layout.ids().zip(&self.counts).flat_map(move |(id, counts)| {
-            let cell = self.layout.cell(id);
-            counts.iter().enumerate().filter(|(_, c)| **c > 0).map(move |(e, &c)| (cell, e, c as f64 / ONE))
-        })
+        let held = self.pages.iter().enumerate().filter_map(|(k, page)| Some((k, page.as_ref()?)));
+        held.flat_map(|(k, page)| page.iter().enumerate().map(move |(i, counts)| (k * PAGE + i, counts)))
+            .flat_map(move |(id, counts)| {
+                let cell = self.layout.cell(id as u16);
+                let crossed = counts.iter().enumerate().filter(|(_, c)| **c > 0);
+                crossed.map(move |(edge, &c)| (cell, edge, c as f64 / ONE))
+            })
     }
 
     /// Every cell with a crossing at any of its edges, and the sum of those crossings.
@@ -129,6 +161,15 @@ impl TransitionMap {
             (cell, self.counts_of(cell).iter().sum::<f64>())
         });
         sums.filter(|(_, sum)| *sum > 0.0)
+    }
+}
+
+impl PartialEq for TransitionMap {
+    fn eq(&self, other: &Self) -> bool {
+        let empty: Page = [[0; 3]; PAGE];
+        let page = |p: &Option<Box<Page>>| p.as_deref().copied().unwrap_or(empty);
+        let pages = || self.pages.iter().zip(&other.pages);
+        self.grid == other.grid && self.layout == other.layout && pages().all(|(a, b)| page(a) == page(b))
     }
 }
 

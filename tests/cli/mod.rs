@@ -2,6 +2,7 @@ mod batch;
 mod commands;
 mod crosscheck;
 mod damage;
+mod feetslam;
 mod mutations;
 mod odd_maps;
 mod optimize;

@@ -178,3 +178,36 @@ fn the_fast_filter_equals_the_naive_one_bit_for_bit() {
     }
     assert!(resamplings > 100, "{resamplings} resamplings: the test says little");
 }
+
+#[test]
+fn a_tree_of_paths_draws_the_same_map_as_its_paths_one_by_one() {
+    let steps = random_steps(8, 300);
+    let grid = HexGrid { radius_m: 0.5, angle_rad: 0.3, origin: Vec2::new(0.1, 0.2) };
+    let walk = hitl_slam::pedestrian::Walk { name: "w".into(), steps };
+    let track: Vec<Vec2> = walk.track(Pose2::IDENTITY).iter().map(|p| p.translation()).collect();
+    let layout = Layout::around(&grid, track.iter().copied()).unwrap();
+    let options = Options { particles: 500, ..Options::default() };
+    let estimate = footslam::run(&Pass {
+        steps: &walk.steps,
+        start: Start::default(),
+        grid,
+        layout,
+        prior: None,
+        options: &options,
+        key: Key::new(3),
+        sampled_paths: 64,
+        parallel: false,
+    });
+    let tree = &estimate.sampled_paths;
+    let paths = tree.paths();
+    assert_eq!((tree.len(), paths.len()), (64, 64));
+    assert!(paths.iter().all(|p| p.len() == walk.steps.len() + 1));
+    let other_grid = HexGrid { angle_rad: 1.0, ..grid };
+    let layout = Layout::around(&other_grid, track).unwrap();
+    let (mut together, mut one_by_one) =
+        (TransitionMap::new(other_grid, layout), TransitionMap::new(other_grid, layout));
+    tree.add_to(&mut together);
+    paths.iter().for_each(|p| one_by_one.add_path(p, 1.0 / 64.0));
+    assert!(together.total() > 100.0);
+    assert_eq!(together, one_by_one);
+}

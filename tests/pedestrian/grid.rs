@@ -2,11 +2,12 @@
 
 use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::pedestrian::align::{evidence, find_starts, ln_gamma};
-use hitl_slam::pedestrian::grid::{group_direction, harmful_bend};
+use hitl_slam::pedestrian::bend::{harmful_bend, harmful_curve};
+use hitl_slam::pedestrian::grid::{group_direction, long_direction};
 use hitl_slam::pedestrian::hex::HexGrid;
 use hitl_slam::pedestrian::random::Key;
-use hitl_slam::pedestrian::{Layout, Options, Start, TransitionMap};
-use hitl_slam::simulate::walkers::{Route, gait};
+use hitl_slam::pedestrian::{Layout, OdometryNoise, Options, Start, TransitionMap};
+use hitl_slam::simulate::walkers::{Route, Scenario, Settings, gait};
 
 use crate::support::Dice;
 
@@ -64,6 +65,55 @@ fn a_small_bend_of_the_building_is_noticed_and_drift_is_not_taken_for_one() {
         }
         assert_eq!(found(90.0, seed), None, "a right angle does no harm");
     }
+}
+
+#[test]
+fn where_a_corridor_begins_to_curve_is_noticed_and_steady_drift_is_not_taken_for_it() {
+    let found = |scenario: Scenario, radius_m, seed| {
+        let settings = Settings { seed, radius_m, ..Settings::default() };
+        let simulation = scenario.run(&settings, &[]).unwrap();
+        let walks = simulation.walks.iter().zip(&simulation.starts);
+        let tracks: Vec<Vec<Vec2>> =
+            walks.map(|(w, s)| w.track(*s).iter().map(|p| p.translation()).collect()).collect();
+        harmful_curve(&tracks.iter().map(Vec::as_slice).collect::<Vec<_>>())
+    };
+    for seed in 1..=20 {
+        for scenario in [Scenario::Six, Scenario::Opposite, Scenario::OneSided] {
+            assert_eq!(found(scenario, 100.0, seed), None, "{scenario}, seed {seed}");
+        }
+        for radius_m in [-200.0, -150.0, 150.0, 200.0] {
+            // The corridor starts after 4 m and curves after 10 m more.
+            let curve = found(Scenario::Curve, radius_m, seed);
+            let curve = curve.unwrap_or_else(|| panic!("seed {seed}: {radius_m} m not noticed"));
+            assert!((9.0..26.0).contains(&curve.at_m), "seed {seed}, {radius_m} m: {curve:?}");
+            assert!((0.4..1.6).contains(&(radius_m * curve.rate_rad_per_m)), "{radius_m} m: {curve:?}");
+        }
+    }
+}
+
+#[test]
+fn a_long_walk_tells_the_direction_of_its_corridors_better_than_its_first_metres_do() {
+    let square = |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+    for turn_deg in [0.0, -40.0] {
+        let (mut long, mut short) = (Vec::new(), Vec::new());
+        for seed in 1..=40 {
+            let settings = Settings { seed, turn_deg, minutes: 5.0, ..Settings::default() };
+            let simulation = Scenario::Loops.run(&settings, &[]).unwrap();
+            let track: Vec<Vec2> =
+                simulation.walks[0].track(simulation.starts[0]).iter().map(|p| p.translation()).collect();
+            let off = |angle_rad: f64| (angle_rad.to_degrees() - turn_deg + 45.0).rem_euclid(90.0) - 45.0;
+            let found = long_direction([(track.as_slice(), 0.7)].into_iter(), &OdometryNoise::default());
+            let found = found.unwrap();
+            assert!(found.concentration > 0.95, "{found:?}");
+            long.push(off(found.angle_rad));
+            short.push(off(group_direction([(&track[..22], 0.7)].into_iter()).unwrap().angle_rad));
+        }
+        let (long, short) = (square(&long), square(&short));
+        assert!(long < 0.6 && long < 0.8 * short, "{turn_deg}: {long}° and {short}°");
+    }
+    let track: Vec<Vec2> = (0..40).map(|k| Vec2::new(0.7 * f64::from(k), 0.0)).collect();
+    let none = long_direction([(track.as_slice(), 0.7)].into_iter(), &OdometryNoise::default());
+    assert_eq!(none, None, "28 m are not long");
 }
 
 #[test]
@@ -126,5 +176,5 @@ fn walkers_with_unknown_starts_are_found_and_a_stranger_is_left_out() {
     let found = find_starts(&walks, start, &options).unwrap();
     assert_eq!(found.placed, [true, true, false], "{found:?}");
     let off = true_start.between(found.starts[1]);
-    assert!(off.translation().norm() < 1.0 && off.theta_rad.abs() < 0.06, "{off:?}");
+    assert!(off.translation().norm() < 1.0 && off.theta_rad.abs() < 0.08, "{off:?}");
 }

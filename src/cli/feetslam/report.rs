@@ -21,6 +21,8 @@ pub struct Report {
     change: f64,
     map_entropy_bits: f64,
     crossed_wall_ratio: Option<f64>,
+    map_precision: Option<f64>,
+    map_recall: Option<f64>,
     grid_angle_deg: f64,
     fall_back: Option<String>,
     pub settings: Settings,
@@ -33,9 +35,16 @@ pub struct Settings {
     seed: u64,
     hex_radius_m: f64,
     alpha: f64,
+    norm: String,
     gain: f64,
+    gain_schedule: String,
+    converged_below: f64,
     own_map_in_prior: bool,
     window_m: Option<f64>,
+    start_sigma_m: f64,
+    start_heading_sigma_deg: f64,
+    heading_noise_deg: f64,
+    drift_deg: f64,
 }
 
 /// One walker.
@@ -78,6 +87,9 @@ impl Report {
         walls: &[Segment],
         options: &Options,
     ) -> Self {
+        let ways: Vec<Vec<Vec2>> = walks.iter().flat_map(|walk| metrics::true_ways(walk, truth)).collect();
+        let coverage = (!ways.is_empty())
+            .then(|| metrics::coverage(&outcome.total, &ways, metrics::NEAR_A_WAY_M, metrics::A_WAY));
         let walkers = (0..walks.len()).map(|j| walker(&walks[j], j, outcome, truth)).collect();
         Report {
             version: env!("CARGO_PKG_VERSION"),
@@ -92,6 +104,8 @@ impl Report {
             map_entropy_bits: metrics::entropy_bits(&outcome.total, options.alpha),
             crossed_wall_ratio: (!walls.is_empty())
                 .then(|| metrics::crossed_wall_ratio(&outcome.total, walls)),
+            map_precision: coverage.map(|c| c.precision),
+            map_recall: coverage.map(|c| c.recall),
             grid_angle_deg: outcome.total.grid.angle_rad.to_degrees(),
             fall_back: outcome.fall_back.map(|why| match why {
                 FallBack::NoDirection(r) => format!("no common direction (concentration {r:.2}): regrid"),
@@ -99,15 +113,30 @@ impl Report {
                     let deg = bend.angle_rad.to_degrees();
                     format!("all walkers turn by {deg:.1}° after {:.1} m: regrid", bend.at_m)
                 }
+                FallBack::Curve(curve) => {
+                    let radius_m = 1.0 / curve.rate_rad_per_m.abs();
+                    let side = if curve.rate_rad_per_m > 0.0 { "left" } else { "right" };
+                    format!(
+                        "all tracks bend {side} after {:.0} m (radius {radius_m:.0} m): regrid",
+                        curve.at_m
+                    )
+                }
             }),
             settings: Settings {
                 grid: "",
                 seed: options.seed,
                 hex_radius_m: options.hex_radius_m,
                 alpha: options.alpha,
+                norm: format!("{:?}", options.norm).to_lowercase(),
                 gain: options.gain,
+                gain_schedule: format!("{:?}", options.gain_schedule).to_lowercase(),
+                converged_below: options.converged_below,
                 own_map_in_prior: options.own_map_in_prior,
                 window_m: options.window_m,
+                start_sigma_m: outcome.starts[0].position_sigma_m,
+                start_heading_sigma_deg: outcome.starts[0].heading_sigma_rad.to_degrees(),
+                heading_noise_deg: options.noise.heading_rad.to_degrees(),
+                drift_deg: options.noise.drift_start_rad.to_degrees(),
             },
         }
     }
@@ -129,6 +158,10 @@ impl Report {
         text += &format!("map entropy {:.3} bit", self.map_entropy_bits);
         if let Some(ratio) = self.crossed_wall_ratio {
             text += &format!(", crossings through walls {:.1} %", 100.0 * ratio);
+        }
+        if let (Some(precision), Some(recall)) = (self.map_precision, self.map_recall) {
+            text +=
+                &format!(", on true ways {:.1} %, of them found {:.1} %", 100.0 * precision, 100.0 * recall);
         }
         text += "\n";
         if self.walkers.iter().any(|w| !w.points.is_empty()) {
