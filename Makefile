@@ -1,5 +1,5 @@
 # make demo: a real map corrected, pictures in out/demo/.   make test: everything that must hold.
-# make results: docs/RESULTS.md measured anew.   make bench: timings (criterion), then our solver beside Ceres, GTSAM and g2o.
+# make results: docs/RESULTS.md and docs/RESULTS-pedestrian.md measured anew.   make bench: timings (criterion), then our solver beside Ceres, GTSAM and g2o.
 
 HITL := target/release/hitl
 DEMO := out/demo
@@ -40,6 +40,7 @@ results:
 	cd page && npm ci --no-audit --no-fund --loglevel=error
 	cargo build --release --locked
 	cargo bench --locked --bench results
+	cargo bench --locked --bench pedestrian_results
 
 bench: system peers
 	cargo bench --locked --bench timing

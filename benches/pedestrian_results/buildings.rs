@@ -74,26 +74,4 @@ pub fn alignment(text: &mut String) {
         "\nWithin 0.5 m and 2°: {good} of {all} walkers with shared ways ({placed} placed); strangers forced in: {strangers} of {}.",
         all / 2
     );
-    many(text, folder);
-}
-
-fn many(text: &mut String, folder: &Path) {
-    text.push_str("\n## Many walkers (NYU19, 10 minutes each, known start, 1 iteration, 1,000 particles, two threads)\n\n| walkers | particle-steps | wall, s | ns per particle-step | peak RSS, MB |\n|---|---|---|---|---|\n");
-    let walls = io::floor_plan::read(&folder.join("NYU19.vectormap.txt")).expect("walls").value;
-    for walkers in [15, 30, 60] {
-        let simulation =
-            Scenario::Building.run(&Settings { walkers, ..Settings::default() }, &walls).expect("a building");
-        let options = Options { particles: 1_000, iterations: 1, ..Options::default() };
-        let started = Instant::now();
-        let outcome = run(&simulation, &Mode::FeetSlam, &options);
-        let seconds = started.elapsed().as_secs_f64();
-        let ns = seconds * 1e9 / outcome.particle_steps as f64;
-        let _ = writeln!(
-            text,
-            "| {walkers} | {:.0} M | {seconds:.1} | {ns:.0} | {:.0} |",
-            outcome.particle_steps as f64 / 1e6,
-            peak_mb()
-        );
-        eprintln!("{walkers} walkers: {seconds:.1} s");
-    }
 }
