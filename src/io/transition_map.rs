@@ -7,25 +7,29 @@ use super::native::write_arrays;
 use crate::error::{Error, Result};
 use crate::pedestrian::TransitionMap;
 
-/// Writes the map as JSON: the grid, then one entry per crossed edge.
-///
-/// # Errors
-/// [`Error::Io`] if the file cannot be written.
-pub fn write_json(path: &Path, map: &TransitionMap) -> Result<()> {
+/// The map as JSON: the grid, then one entry per crossed edge.
+pub fn to_json(map: &TransitionMap) -> serde_json::Value {
     let edges: Vec<_> = map
         .edges()
         .map(
             |(cell, edge, count)| serde_json::json!({"q": cell.q, "r": cell.r, "edge": edge, "count": count}),
         )
         .collect();
-    let value = serde_json::json!({
+    serde_json::json!({
         "hex_radius_m": map.grid.radius_m,
         "grid_angle_rad": map.grid.angle_rad,
         "origin_m": [map.grid.origin.x, map.grid.origin.y],
         "crossings": map.total(),
         "edges": edges,
-    });
-    let text = serde_json::to_string(&value).map_err(|e| Error::Internal(e.to_string()))?;
+    })
+}
+
+/// Writes [`to_json`].
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be written.
+pub fn write_json(path: &Path, map: &TransitionMap) -> Result<()> {
+    let text = serde_json::to_string(&to_json(map)).map_err(|e| Error::Internal(e.to_string()))?;
     atomic::write(path, |out| writeln!(out, "{text}"))
 }
 

@@ -11,6 +11,7 @@ use super::text::{Shortest, number, show};
 use super::{Read, atomic};
 use crate::error::{Error, Result};
 use crate::geometry::Vec2;
+use crate::pedestrian::walk::LONGEST_STEP_M;
 use crate::pedestrian::{Step, TruthPoint, Walk};
 
 /// The columns that every walk has, in this order.
@@ -18,12 +19,10 @@ pub const WALK_COLUMNS: [&str; 4] = ["time_s", "forward_m", "left_m", "turn_rad"
 /// The columns of a truth file.
 pub const TRUTH_COLUMNS: [&str; 4] = ["walker", "time_s", "x_m", "y_m"];
 /// What a column's name may end in.
-const UNITS: [&str; 18] = [
+pub(super) const UNITS: [&str; 18] = [
     "s", "ms", "m", "mm", "m2", "rad", "deg", "mps", "mps2", "radps", "degps", "hz", "pa", "hpa", "ut",
     "degc", "v", "count",
 ];
-/// Nobody takes longer steps, metres; longer ones mean that some are missing.
-const LONGEST_STEP_M: f64 = 5.0;
 
 /// Reads a walk.
 ///

@@ -33,6 +33,23 @@ pub enum FallBack {
     Curve(Curve),
 }
 
+impl std::fmt::Display for FallBack {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            FallBack::NoDirection(r) => write!(f, "no common direction (concentration {r:.2})"),
+            FallBack::Bend(bend) => {
+                let deg = bend.angle_rad.to_degrees();
+                write!(f, "all walkers turn by {deg:.1}° after {:.1} m", bend.at_m)
+            }
+            FallBack::Curve(curve) => {
+                let radius_m = 1.0 / curve.rate_rad_per_m.abs();
+                let side = if curve.rate_rad_per_m > 0.0 { "left" } else { "right" };
+                write!(f, "all tracks bend {side} after {:.0} m (radius {radius_m:.0} m)", curve.at_m)
+            }
+        }
+    }
+}
+
 /// What an iteration found out, for those who want to see it happen.
 #[derive(Debug)]
 pub struct Snapshot<'a> {

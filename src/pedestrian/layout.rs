@@ -63,6 +63,22 @@ impl Layout {
         Err(Error::input("hexagon radius", message))
     }
 
+    /// The largest window there is, around a world point: for walks that are not known yet.
+    pub fn largest(grid: &HexGrid, middle: Vec2) -> Layout {
+        const SIDE: i16 = 1 << 8;
+        let cell = grid.cell_at(middle);
+        Layout::new(
+            SIDE as usize,
+            SIDE as usize,
+            [cell.q + cell.r.div_euclid(2) - SIDE / 2, cell.r - SIDE / 2],
+        )
+    }
+
+    /// Columns and rows of the window.
+    pub fn sides(&self) -> [usize; 2] {
+        [1 << self.column_bits, 1 << self.row_bits]
+    }
+
     /// True if a world point lies in the window itself, not only in its wrapped copies.
     pub fn contains(&self, grid: &HexGrid, world: Vec2) -> bool {
         let cell = grid.cell_at(world);

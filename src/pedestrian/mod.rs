@@ -3,7 +3,7 @@
 //! A walker's dead reckoning ([`walk`]) drifts. People use buildings the same way again and again, so a map of how often
 //! the edges between [`hex`]agons were crossed ([`transition_map`]) is enough to weigh hypotheses of where they were:
 //! [`footslam`] runs a [`particle_filter`] for one walker, [`feetslam`] lets walkers use each other's maps, and
-//! [`successive`] does so again and again while they walk. Formulas: `docs/MATH-pedestrian.md`.
+//! [`successive`] does so again and again while they walk; [`live`] takes steps as they arrive. Formulas: `docs/MATH-pedestrian.md`.
 //!
 //! Metres, radians, seconds. Everything follows from the walks, the options and the seed, at any number of threads.
 
@@ -17,6 +17,7 @@ pub mod hex;
 mod history;
 mod hough;
 mod layout;
+pub mod live;
 pub mod metrics;
 pub mod motion;
 mod options;

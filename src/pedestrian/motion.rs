@@ -24,21 +24,29 @@ pub struct MeasuredStep {
     pub heading_rad: f64,
 }
 
-/// The measured steps of a walk that starts with a heading.
-pub fn measured(steps: &[Step], start_heading_rad: f64, grid: &HexGrid) -> Vec<MeasuredStep> {
-    let mut heading_rad = start_heading_rad;
-    let convert = |step: &Step| {
+impl MeasuredStep {
+    /// A step taken at a heading of the dead reckoning.
+    pub fn of(step: &Step, heading_rad: f64, grid: &HexGrid) -> Self {
         let (s, c) = heading_rad.sin_cos();
         let d = Vec2::new(c * step.forward_m - s * step.left_m, s * step.forward_m + c * step.left_m);
         let d = grid.rotate_to_grid(d);
-        heading_rad += step.turn_rad;
         let share = if step.is_standing() { 0.0 } else { step.length_m() / OdometryNoise::STEP_M };
         MeasuredStep {
             motion: [d.x as f32, d.y as f32],
             share: share as f32,
             root_share: share.sqrt() as f32,
-            heading_rad,
+            heading_rad: heading_rad + step.turn_rad,
         }
+    }
+}
+
+/// The measured steps of a walk that starts with a heading.
+pub fn measured(steps: &[Step], start_heading_rad: f64, grid: &HexGrid) -> Vec<MeasuredStep> {
+    let mut heading_rad = start_heading_rad;
+    let convert = |step: &Step| {
+        let moved = MeasuredStep::of(step, heading_rad, grid);
+        heading_rad = moved.heading_rad;
+        moved
     };
     steps.iter().map(convert).collect()
 }

@@ -101,9 +101,15 @@ impl<'a> ParticleFilter<'a> {
 
     /// One step; particles are resampled where needed and allowed. The sums are those before resampling.
     pub fn step(&mut self, step: &MeasuredStep, may_resample: bool) -> Sums {
+        self.step_with(self.setting.prior, step, may_resample)
+    }
+
+    /// The same against another prior than the setting's: one that grows while the walker walks.
+    pub fn step_with(&mut self, prior: Option<&Prior>, step: &MeasuredStep, may_resample: bool) -> Sums {
         let key = self.setting.key.with(self.steps + 1);
         self.steps += 1;
-        let (setting, archive, rescale) = (&self.setting, &self.archive, self.rescale);
+        let setting = &Setting { prior, ..self.setting };
+        let (archive, rescale) = (&self.archive, self.rescale);
         let advance = |(number, block): (usize, &mut Block)| {
             block.advance(setting, archive, step, rescale, key, (number * BLOCK) as u64)
         };
@@ -170,6 +176,13 @@ impl<'a> ParticleFilter<'a> {
             }
         }
         best.1
+    }
+
+    /// Where a particle is, grid frame.
+    pub fn position(&self, particle: usize) -> [f32; 2] {
+        let (block, i) = (&self.blocks[particle / BLOCK], particle % BLOCK);
+        let [x, y] = self.setting.hexagon.centre(block.cells[i]);
+        [x + block.offsets[i][0], y + block.offsets[i][1]]
     }
 
     /// Positions of a particle and its ancestors in the grid frame, the start first.

@@ -7,6 +7,8 @@ use crate::geometry::{Pose2, Vec2};
 
 /// From this pause on a walker is said to stand still, seconds (the paper's ground-truth points are marked so).
 pub const STANDSTILL_S: f64 = 2.0;
+/// Nobody takes longer steps, metres; longer ones mean that some are missing.
+pub const LONGEST_STEP_M: f64 = 5.0;
 /// Steps shorter than this and without a turn are no motion, metres.
 const NO_MOTION_M: f64 = 1e-9;
 

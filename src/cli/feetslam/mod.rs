@@ -5,6 +5,7 @@ use hitl_slam::error::Result;
 
 use super::Outcome;
 
+mod live;
 mod options;
 mod output;
 mod pictures;
@@ -25,6 +26,7 @@ pub struct Args {
 #[derive(Subcommand)]
 #[allow(clippy::large_enum_variant)] // one value per run of the program
 enum Command {
+    Live(live::Args),
     Run(run::Args),
     Simulate(simulate::Args),
 }
@@ -35,6 +37,7 @@ enum Command {
 /// Those of the subcommand.
 pub fn run(args: &Args) -> Result<Outcome> {
     match &args.command {
+        Command::Live(args) => live::run(args),
         Command::Run(args) => run::run(args),
         Command::Simulate(args) => simulate::run(args),
     }

@@ -28,12 +28,48 @@ enum Schedule {
     Annealed,
 }
 
-/// How the filter works.
+/// How whole walks are run.
 #[derive(clap::Args)]
 pub struct Tunables {
     /// Iterations after iteration 0, at most 10.
     #[arg(long, value_name = "N", default_value_t = Options::default().iterations)]
     iterations: usize,
+    /// How the gain goes over the iterations.
+    #[arg(long, value_enum, default_value_t = Schedule::Constant)]
+    gain_schedule: Schedule,
+    /// Stop a round when the total map changes by less than this share; 0: never.
+    #[arg(long, value_name = "SHARE", default_value_t = Options::default().converged_below)]
+    converged_below: f64,
+    /// Iteration 0 of a later round has the walker's own earlier map in its prior too.
+    #[arg(long)]
+    own_map: bool,
+    /// In later rounds re-run only the last metres of each walk.
+    #[arg(long, value_name = "M")]
+    window_m: Option<f64>,
+    #[command(flatten)]
+    pub filter: Filter,
+}
+
+impl Tunables {
+    /// The library's options.
+    pub fn options(&self) -> Options {
+        Options {
+            iterations: self.iterations,
+            gain_schedule: match self.gain_schedule {
+                Schedule::Constant => GainSchedule::Constant,
+                Schedule::Annealed => GainSchedule::Annealed,
+            },
+            converged_below: self.converged_below,
+            own_map_in_prior: self.own_map,
+            window_m: self.window_m,
+            ..self.filter.options()
+        }
+    }
+}
+
+/// How the filter works, on whole walks and live.
+#[derive(clap::Args)]
+pub struct Filter {
     /// Particles per walker.
     #[arg(long, value_name = "N", default_value_t = Options::default().particles)]
     particles: usize,
@@ -67,18 +103,6 @@ pub struct Tunables {
     /// Weight of the other walkers' maps.
     #[arg(long, value_name = "G", default_value_t = Options::default().gain)]
     gain: f64,
-    /// How the gain goes over the iterations.
-    #[arg(long, value_enum, default_value_t = Schedule::Constant)]
-    gain_schedule: Schedule,
-    /// Stop a round when the total map changes by less than this share; 0: never.
-    #[arg(long, value_name = "SHARE", default_value_t = Options::default().converged_below)]
-    converged_below: f64,
-    /// Iteration 0 of a later round has the walker's own earlier map in its prior too.
-    #[arg(long)]
-    own_map: bool,
-    /// In later rounds re-run only the last metres of each walk.
-    #[arg(long, value_name = "M")]
-    window_m: Option<f64>,
     /// White heading noise, degrees per 0.7 m.
     #[arg(long, value_name = "DEG", default_value_t = 0.5)]
     heading_noise_deg: f64,
@@ -87,7 +111,7 @@ pub struct Tunables {
     drift_deg: f64,
 }
 
-impl Tunables {
+impl Filter {
     /// The library's options.
     pub fn options(&self) -> Options {
         let default = Options::default();
@@ -110,15 +134,7 @@ impl Tunables {
                 NormName::Literal => Norm::Literal,
             },
             noise,
-            iterations: self.iterations,
             gain: self.gain,
-            gain_schedule: match self.gain_schedule {
-                Schedule::Constant => GainSchedule::Constant,
-                Schedule::Annealed => GainSchedule::Annealed,
-            },
-            converged_below: self.converged_below,
-            own_map_in_prior: self.own_map,
-            window_m: self.window_m,
             ..default
         }
     }

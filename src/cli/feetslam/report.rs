@@ -1,7 +1,6 @@
 //! The report of `hitl feetslam run`, field by field as docs/FORMATS-walks.md gives it.
 
 use hitl_slam::geometry::{Segment, Vec2};
-use hitl_slam::pedestrian::feetslam::FallBack;
 use hitl_slam::pedestrian::metrics;
 use hitl_slam::pedestrian::successive::Outcome;
 use hitl_slam::pedestrian::{Options, TruthPoint, Walk};
@@ -107,21 +106,7 @@ impl Report {
             map_precision: coverage.map(|c| c.precision),
             map_recall: coverage.map(|c| c.recall),
             grid_angle_deg: outcome.total.grid.angle_rad.to_degrees(),
-            fall_back: outcome.fall_back.map(|why| match why {
-                FallBack::NoDirection(r) => format!("no common direction (concentration {r:.2}): regrid"),
-                FallBack::Bend(bend) => {
-                    let deg = bend.angle_rad.to_degrees();
-                    format!("all walkers turn by {deg:.1}° after {:.1} m: regrid", bend.at_m)
-                }
-                FallBack::Curve(curve) => {
-                    let radius_m = 1.0 / curve.rate_rad_per_m.abs();
-                    let side = if curve.rate_rad_per_m > 0.0 { "left" } else { "right" };
-                    format!(
-                        "all tracks bend {side} after {:.0} m (radius {radius_m:.0} m): regrid",
-                        curve.at_m
-                    )
-                }
-            }),
+            fall_back: outcome.fall_back.map(|why| format!("{why}: regrid")),
             settings: Settings {
                 grid: "",
                 seed: options.seed,

@@ -85,7 +85,7 @@ struct Input {
 pub fn run(args: &Args) -> Result<Outcome> {
     let started = Instant::now();
     let mode = mode(args)?;
-    let (options, start) = (args.tunables.options(), args.tunables.start()?);
+    let (options, start) = (args.tunables.options(), args.tunables.filter.start()?);
     let input = read(args)?;
     let threads = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads)
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
     bar.finish_and_clear();
 
     let mut result = Report::new(&input.walks, &outcome, &input.truth, &input.walls, &options);
-    result.settings.grid = args.tunables.grid_name();
+    result.settings.grid = args.tunables.filter.grid_name();
     result.wall_ms = started.elapsed().as_secs_f64() * 1e3;
     output::write(&args.output, &input.walks, &outcome)?;
     if let (Some(gallery), Some(folder)) = (&gallery, &args.pictures) {
