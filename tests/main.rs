@@ -51,5 +51,7 @@ mod simulate;
 mod solver;
 /// Each stage of the pipeline by itself.
 mod stages;
+/// Walks as maps, and maps as walks.
+mod walk_maps;
 /// Table 1's metric.
 mod walls;

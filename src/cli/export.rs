@@ -13,6 +13,7 @@ use super::{Outcome, load, out};
 ///   .clf .log                     CARMEN log: corrected laser poses, original odometry
 ///   .ply                          point cloud with normals
 ///   .pgm                          occupancy grid and its .yaml for the ROS map server
+///   .csv                          walk for feetslam run; of a map of several walks x-1.csv, x-2.csv, …
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub struct Args {
@@ -27,6 +28,10 @@ pub struct Args {
     /// from the map's points.
     #[arg(long, value_name = "LOG")]
     log: Option<PathBuf>,
+
+    /// For .csv: names of the walkers in their order; the files are called so, in the folder of X.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    walkers: Vec<String>,
 
     /// For .pgm: side of a cell, metres.
     #[arg(long, value_name = "M", default_value_t = 0.05)]
@@ -50,7 +55,18 @@ pub fn run(args: &Args) -> Result<Outcome> {
     if args.log.is_some() && !["clf", "log"].contains(&io::export::extension(&args.output).as_str()) {
         return Err(Error::input("--log", "found with another format, expected it with .clf or .log only"));
     }
+    let is_walk = io::export::extension(&args.output) == "csv";
+    if !args.walkers.is_empty() && !is_walk {
+        return Err(Error::input("--walkers", "found with another format, expected it with .csv only"));
+    }
     let map = load::map(&args.input)?;
+    if is_walk {
+        for w in io::walks_of_map::write(&args.output, &map, &args.walkers)? {
+            let start = format!("{},{},{}", w.start.x_m, w.start.y_m, w.start.theta_rad.to_degrees());
+            out::print(&format!("{}: {} steps, --start {start}\n", w.path.display(), w.steps))?;
+        }
+        return Ok(Outcome::Done);
+    }
     let log = args.log.as_deref().map(raw).transpose()?;
     let options = io::export::Options {
         resolution_m: args.resolution_m,

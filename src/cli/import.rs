@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use hitl_slam::error::{Error, Result};
-use hitl_slam::front_end::{self, Chain, Visits};
+use hitl_slam::front_end::{self, Chain, Visits, WalkOptions};
 use hitl_slam::io::{self, Source};
 use hitl_slam::map::{RawLog, SlamMap};
+use hitl_slam::pedestrian::Start;
 use hitl_slam::pipeline::Corrector;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -19,8 +20,9 @@ use super::{Outcome, load, options::positive, out, reassociate, report};
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Args {
-    /// CARMEN log (also .gz, .bz2, .xz), 16-column text, g2o or native map.
-    log: PathBuf,
+    /// CARMEN log (also .gz, .bz2, .xz), 16-column text, g2o or native map; or walks (CSV), several of which make one map.
+    #[arg(value_name = "LOG", required = true)]
+    logs: Vec<PathBuf>,
 
     /// Map to write; the extension picks the format: .npz (everything), .g2o, .graph (TORO), .stfs.covars, .tum.
     #[arg(short, long, value_name = "MAP")]
@@ -51,6 +53,32 @@ pub struct Args {
 
     #[command(flatten)]
     keyframes: Keyframes,
+
+    #[command(flatten)]
+    walks: Walks,
+}
+
+/// Options of walks.
+#[derive(Debug, clap::Args)]
+struct Walks {
+    /// Where a walk begins: x_m,y_m,heading_deg; once for all walks, or once for each, in their order [default: 0,0,0].
+    #[arg(long, value_name = "X,Y,DEG", allow_hyphen_values = true)]
+    start: Vec<String>,
+
+    /// Steps that make a pose of the map.
+    #[arg(long, value_name = "N", default_value_t = WalkOptions::default().steps_per_pose)]
+    steps_per_pose: usize,
+}
+
+impl Walks {
+    fn options(&self) -> Result<WalkOptions> {
+        let mut options = WalkOptions { steps_per_pose: self.steps_per_pose, ..WalkOptions::default() };
+        let pose = |text: &String| Ok(Start { pose: super::options::start_pose(text)?, ..Start::default() });
+        if !self.start.is_empty() {
+            options.starts = self.start.iter().map(pose).collect::<Result<_>>()?;
+        }
+        Ok(options)
+    }
 }
 
 /// Where the poses come from.
@@ -116,7 +144,13 @@ pub fn run(args: &Args) -> Result<Outcome> {
     io::check_map_path(&args.output)?;
     report::check(args.report.as_deref())?;
     args.refused.options()?;
-    let (log, mut map) = match load::source(&args.log)? {
+    let first = &args.logs[0];
+    let (log, mut map) = match load::source(first)? {
+        Source::Walk(_) => (None, from_walks(args)?),
+        _ if args.logs.len() > 1 => {
+            let message = format!("found {} files, expected one, or walks only", args.logs.len());
+            return Err(Error::input(args.logs[1].display(), message));
+        }
         Source::Log(log) => {
             let map = from_log(&log, args)?;
             (Some(log), map)
@@ -126,9 +160,9 @@ pub fn run(args: &Args) -> Result<Outcome> {
         }
         Source::Map(_) => {
             let message = "found a map, expected a log: --front-end, --graph and --initial need scans";
-            return Err(Error::input(args.log.display(), message));
+            return Err(Error::input(first.display(), message));
         }
-        _ => return Err(Error::input(args.log.display(), "found a trajectory, expected a log or a map")),
+        _ => return Err(Error::input(first.display(), "found a trajectory, expected a log or a map")),
     };
     if args.close_loops {
         map = closed(map, log.as_ref(), args)?;
@@ -146,6 +180,17 @@ pub fn run(args: &Args) -> Result<Outcome> {
         out::print(&line)?;
     }
     Ok(Outcome::Done)
+}
+
+fn from_walks(args: &Args) -> Result<SlamMap> {
+    if args.front_end.is_some() || args.graph.is_some() || args.initial.is_some() {
+        let message = "found a walk, expected a log: --front-end, --graph and --initial need scans";
+        return Err(Error::input(args.logs[0].display(), message));
+    }
+    let options = args.walks.options()?;
+    let walks = io::walk::read_all(&args.logs)?;
+    load::remark(&walks.warnings);
+    front_end::map_of_walks(&walks.value, &options)
 }
 
 fn from_log(log: &RawLog, args: &Args) -> Result<SlamMap> {

@@ -6,6 +6,7 @@ use hitl_slam::error::Result;
 use hitl_slam::geometry::Pose2;
 use hitl_slam::io::{self, Source};
 use hitl_slam::map::{AutomaticFactor, RawLog, SlamMap, Trajectory};
+use hitl_slam::pedestrian::{Step, Walk};
 
 use super::{Outcome, load, out};
 
@@ -29,6 +30,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
         Source::Log(log) => describe_log(&mut page, log),
         Source::Map(map) => describe_map(&mut page, map),
         Source::Trajectory(trajectory) => describe_trajectory(&mut page, trajectory),
+        Source::Walk(walk) => describe_walk(&mut page, walk),
         _ => {}
     }
     out::print(&page.text)?;
@@ -95,6 +97,18 @@ fn describe_trajectory(page: &mut Page, trajectory: &Trajectory) {
     page.line("poses", trajectory.poses.len());
     describe_path(page, &trajectory.poses);
     describe_stamps(page, &trajectory.stamps_s);
+}
+
+fn describe_walk(page: &mut Page, walk: &Walk) {
+    page.line("walker", &walk.name);
+    page.line("steps", walk.steps.len());
+    page.line(
+        "longest step",
+        span(walk.steps.iter().map(Step::length_m).reduce(f64::max).into_iter()) + " m",
+    );
+    page.line("standstills", walk.standstills().len());
+    describe_path(page, &walk.track(Pose2::IDENTITY));
+    describe_stamps(page, &walk.steps.iter().map(|s| s.time_s).collect::<Vec<_>>());
 }
 
 fn describe_path(page: &mut Page, poses: &[Pose2]) {

@@ -13,6 +13,7 @@ mod points;
 mod rematch;
 mod scan_match;
 mod stamps;
+mod walks;
 
 use std::path::Path;
 
@@ -24,6 +25,7 @@ pub use noise::OdometryNoise;
 pub use options::Options;
 pub use points::observe;
 pub use rematch::{Visits, rematch};
+pub use walks::{WalkOptions, map_of_walks};
 
 /// Where the pose chain comes from.
 #[derive(Clone, Copy)]
@@ -76,7 +78,7 @@ pub fn build(log: &RawLog, chain: Chain<'_>, options: &Options) -> Result<(SlamM
     Ok((map, warnings))
 }
 
-/// Any input file as a map: as it is, or from a raw log by its odometry; a trajectory is a map without factors and points.
+/// Any input file as a map: as it is, or from a raw log by its odometry, from a walk by its steps; a trajectory is a map without factors and points.
 ///
 /// # Errors
 /// As [`io::read_with`] and [`build`].
@@ -90,6 +92,7 @@ pub fn open(path: &Path, indefinite: io::Indefinite) -> Result<io::Read<SlamMap>
             poses: trajectory.poses,
             ..SlamMap::default()
         },
+        Source::Walk(walk) => map_of_walks(&[walk], &WalkOptions::default())?,
         Source::Log(log) => {
             let (map, more) = build(&log, Chain::Odometry, &Options::default())?;
             warnings.extend(more);

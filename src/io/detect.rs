@@ -26,6 +26,8 @@ pub enum Format {
     Stfs,
     /// TUM trajectory.
     Tum,
+    /// A pedestrian's walk.
+    Walk,
     /// Native map (`.npz`).
     Native,
 }
@@ -39,6 +41,7 @@ impl Format {
             Format::Toro => "TORO pose graph",
             Format::Stfs => "HitL-SLAM 16-column text (.stfs.covars)",
             Format::Tum => "TUM trajectory",
+            Format::Walk => "walk (CSV)",
             Format::Native => "native map (.npz)",
         }
     }
@@ -59,7 +62,7 @@ pub fn format(path: &Path) -> Result<Format> {
         return Ok(Format::Native);
     }
     by_lines(path)?.or_else(|| by_name(path)).ok_or_else(|| {
-        let known = "a CARMEN log, g2o, TORO, .stfs.covars, TUM or a native map (.npz)";
+        let known = "a CARMEN log, g2o, TORO, .stfs.covars, TUM, a walk (.csv) or a native map (.npz)";
         Error::input(path.display(), format_args!("found nothing that tells its format, expected {known}"))
     })
 }
@@ -77,6 +80,7 @@ fn by_lines(path: &Path) -> Result<Option<Format>> {
             "VERTEX2" | "EDGE2" => return Ok(Some(Format::Toro)),
             "FIX" => return Ok(Some(Format::G2o)),
             tag if tag.starts_with("VERTEX_") || tag.starts_with("EDGE_") => return Ok(Some(Format::G2o)),
+            tag if is_walk_header(tag) => return Ok(Some(Format::Walk)),
             tag if carmen::is_tag(tag) => return Ok(Some(Format::Carmen)),
             // The first two lines of .stfs.covars are free text: numbers on them prove nothing yet.
             _ if words.clone().count() == 8 && words.all(|w| number(w).is_ok()) => {
@@ -86,6 +90,11 @@ fn by_lines(path: &Path) -> Result<Option<Format>> {
         }
     }
     Ok(None)
+}
+
+/// The header of a walk; it has no spaces.
+fn is_walk_header(word: &str) -> bool {
+    word.trim_start_matches('\u{feff}').starts_with("time_s,forward_m")
 }
 
 /// For a file too damaged to tell: the reader of its name will say on which line.

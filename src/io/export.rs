@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{atomic, carmen_log, occupancy, ply};
+use super::{atomic, carmen_log, occupancy, ply, walks_of_map};
 use crate::error::{Error, Result};
 use crate::map::{RawLog, SlamMap};
 
@@ -34,14 +34,14 @@ pub fn extension(path: &Path) -> String {
 /// [`Error::Input`] if the extension is unknown; else as [`atomic::check`].
 pub fn check(path: &Path) -> Result<()> {
     match extension(path).as_str() {
-        "clf" | "log" | "ply" => atomic::check(path),
+        "clf" | "log" | "ply" | "csv" => atomic::check(path),
         "pgm" => {
             atomic::check(path)?;
             atomic::check(&occupancy::yaml_path(path))
         }
         "npz" | "g2o" | "covars" | "stfs" | "tum" | "txt" | "graph" | "toro" => super::check_map_path(path),
         _ => {
-            let message = "found no known extension, expected .npz, .g2o, .stfs.covars, .tum, .txt, .clf, .log, .ply or .pgm";
+            let message = "found no known extension, expected .npz, .g2o, .stfs.covars, .tum, .txt, .clf, .log, .csv, .ply or .pgm";
             Err(Error::input(path.display(), message))
         }
     }
@@ -60,6 +60,7 @@ pub fn write(path: &Path, map: &SlamMap, options: &Options<'_>) -> Result<()> {
             };
             carmen_log::write(path, &log)
         }
+        "csv" => walks_of_map::write(path, map, &[]).map(drop),
         "ply" => ply::write(path, map),
         "pgm" => occupancy::write(path, &occupancy::draw(map, options.resolution_m, options.yaw_rad)?),
         _ => super::write_map(path, map),

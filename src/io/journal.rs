@@ -123,7 +123,8 @@ impl Appended {
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
-                let message = "found that another hitl has it open, expected to be alone: close the other one";
+                let message =
+                    "found that another hitl has it open, expected to be alone: close the other one";
                 return Err(Error::input(path.display(), message));
             }
             Err(TryLockError::Error(e)) => return Err(io(e)),

@@ -23,12 +23,14 @@ pub mod toro;
 pub mod transition_map;
 pub mod tum;
 pub mod walk;
+pub mod walks_of_map;
 pub mod walls;
 
 use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::map::{RawLog, SlamMap, Trajectory};
+use crate::pedestrian::Walk;
 pub use detect::Format;
 
 /// What a reader returns: the content, and remarks that a person should see.
@@ -68,6 +70,8 @@ pub enum Source {
     Map(SlamMap),
     /// Stamped poses only.
     Trajectory(Trajectory),
+    /// A pedestrian's steps: give it to [`crate::front_end`].
+    Walk(Walk),
 }
 
 /// Reads any input file, and says which format it was.
@@ -89,6 +93,7 @@ pub fn read_with(path: &Path, indefinite: Indefinite) -> Result<(Format, Read<So
         Format::G2o => g2o::read_with(path, indefinite)?.map(Source::Map),
         Format::Stfs => stfs::read(path)?.map(Source::Map),
         Format::Tum => tum::read(path)?.map(Source::Trajectory),
+        Format::Walk => walk::read(path)?.map(Source::Walk),
         Format::Native => native::read(path)?.map(Source::Map),
         Format::Toro => toro::read_with(path, indefinite)?.map(Source::Map),
     };

@@ -122,7 +122,8 @@ impl<'a> Live<'a> {
             GridChoice::Aligned => (Direction::Unknown, settings.start.pose.theta_rad),
             GridChoice::Fixed(angle_rad) => (Direction::Given, angle_rad),
             GridChoice::Regrid => {
-                let message = "found regrid, expected aligned or fixed: live there are no iterations to draw it in";
+                let message =
+                    "found regrid, expected aligned or fixed: live there are no iterations to draw it in";
                 return Err(Error::input("grid", message));
             }
         };
@@ -145,7 +146,9 @@ impl<'a> Live<'a> {
     /// What was found and expected, if the walker has already come.
     pub fn begin(&mut self, name: &str, pose: Pose2) -> std::result::Result<(), String> {
         if self.index(name).is_some() {
-            return Err(format!("found a start of '{name}', who is already known, expected it before the first step"));
+            return Err(format!(
+                "found a start of '{name}', who is already known, expected it before the first step"
+            ));
         }
         self.add(name, Start { pose, ..self.settings.start });
         Ok(())

@@ -3,6 +3,7 @@ mod commands;
 mod crosscheck;
 mod damage;
 mod feetslam;
+mod live;
 mod mutations;
 mod odd_maps;
 mod optimize;
@@ -11,6 +12,7 @@ mod refusals;
 mod report;
 mod streams;
 mod usage;
+mod walks;
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

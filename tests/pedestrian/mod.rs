@@ -2,5 +2,6 @@ mod files;
 mod filter;
 mod grid;
 mod hex;
+mod live;
 mod mapping;
 mod random;

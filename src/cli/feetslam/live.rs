@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hitl_slam::error::{Error, Result};
+use hitl_slam::io;
 use hitl_slam::io::journal::{self, Journal};
 use hitl_slam::io::step_lines::{self, Line};
-use hitl_slam::io;
 use hitl_slam::pedestrian::live::{Live, Settings};
 
 use super::options::Filter;
@@ -94,16 +94,8 @@ pub fn run(args: &Args) -> Result<Outcome> {
         .map_err(|e| Error::Internal(e.to_string()))?;
     let (journal, kept) = Journal::open(&args.output, &format!("{settings:?}"))?;
     let alpha = settings.options.alpha;
-    let mut run = Run {
-        live,
-        journal,
-        said: kept.answers,
-        args,
-        alpha,
-        accepted: 0,
-        steps: 0,
-        delays_ms: Vec::new(),
-    };
+    let mut run =
+        Run { live, journal, said: kept.answers, args, alpha, accepted: 0, steps: 0, delays_ms: Vec::new() };
     threads.install(|| {
         for line in &kept.lines {
             run.take(line, true).map_err(|fault| match fault {
@@ -242,7 +234,8 @@ impl Run<'_> {
             delays.sort_unstable_by(f32::total_cmp);
             if let Some(&slowest) = delays.last() {
                 let at = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize];
-                text += &format!("; {what} after {:.2} ms, p99 {:.2}, {slowest:.2} at most", at(0.5), at(0.99));
+                text +=
+                    &format!("; {what} after {:.2} ms, p99 {:.2}, {slowest:.2} at most", at(0.5), at(0.99));
             }
         }
         out::complain(text);

@@ -2,8 +2,9 @@
 
 use clap::ValueEnum;
 use hitl_slam::error::{Error, Result};
-use hitl_slam::geometry::Pose2;
 use hitl_slam::pedestrian::{GainSchedule, GridChoice, Norm, Options, Start};
+
+use crate::cli::options::start_pose;
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Grid {
@@ -144,16 +145,7 @@ impl Filter {
     /// # Errors
     /// If `--start` is not three finite numbers, or a standard deviation is negative.
     pub fn start(&self) -> Result<Start> {
-        let numbers: Vec<f64> = self
-            .start
-            .split(',')
-            .filter_map(|f| f.trim().parse().ok())
-            .filter(|v: &f64| v.is_finite())
-            .collect();
-        let &[x_m, y_m, heading_deg] = numbers.as_slice() else {
-            let message = format_args!("found '{}', expected x_m,y_m,heading_deg", self.start);
-            return Err(Error::input("--start", message));
-        };
+        let pose = start_pose(&self.start)?;
         for (name, value) in [
             ("--start-sigma-m", self.start_sigma_m),
             ("--start-heading-sigma-deg", self.start_heading_sigma_deg),
@@ -166,7 +158,7 @@ impl Filter {
             }
         }
         Ok(Start {
-            pose: Pose2::new(x_m, y_m, heading_deg.to_radians()),
+            pose,
             position_sigma_m: self.start_sigma_m,
             heading_sigma_rad: self.start_heading_sigma_deg.to_radians(),
         })

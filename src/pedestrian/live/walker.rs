@@ -53,7 +53,7 @@ impl<'a> Walker<'a> {
             layout: world.layout,
             prior: None,
             options: &world.settings.options,
-            key: Key::new(world.settings.options.seed).named(&walk.name).with(world.round),
+            key: Key::new(world.settings.options.seed).named(&walk.name).with(world.round).with(0),
             start: [at.x as f32, at.y as f32],
             start_sigmas: [start.position_sigma_m as f32, start.heading_sigma_rad as f32],
             parallel: true,
