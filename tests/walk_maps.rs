@@ -3,7 +3,6 @@
 use hitl_slam::front_end::{WalkOptions, map_of_walks};
 use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::io;
-use hitl_slam::joint::Backend;
 use hitl_slam::map::{Correction, Mode, SlamMap, Stroke};
 use hitl_slam::pedestrian::random::Key;
 use hitl_slam::pedestrian::{OdometryNoise, Start, Step, Walk, metrics};

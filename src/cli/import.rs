@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use hitl_slam::error::{Error, Result};
 use hitl_slam::front_end::{self, Chain, Visits, WalkOptions};
+use hitl_slam::geometry::Pose2;
 use hitl_slam::io::{self, Source};
 use hitl_slam::map::{RawLog, SlamMap};
-use hitl_slam::pedestrian::Start;
+use hitl_slam::pedestrian::Walk;
 use hitl_slam::pipeline::Corrector;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -71,13 +72,11 @@ struct Walks {
 }
 
 impl Walks {
-    fn options(&self) -> Result<WalkOptions> {
-        let mut options = WalkOptions { steps_per_pose: self.steps_per_pose, ..WalkOptions::default() };
-        let pose = |text: &String| Ok(Start { pose: super::options::start_pose(text)?, ..Start::default() });
-        if !self.start.is_empty() {
-            options.starts = self.start.iter().map(pose).collect::<Result<_>>()?;
-        }
-        Ok(options)
+    /// The options; `known`: where a file says that its walks begin.
+    fn options(&self, known: &[Pose2]) -> Result<WalkOptions> {
+        let given: Vec<Pose2> =
+            self.start.iter().map(|text| super::options::start_pose(text)).collect::<Result<_>>()?;
+        Ok(WalkOptions::starting(if given.is_empty() { known } else { &given }))
     }
 }
 
@@ -146,7 +145,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
     args.refused.options()?;
     let first = &args.logs[0];
     let (log, mut map) = match load::source(first)? {
-        Source::Walk(_) => (None, from_walks(args)?),
+        Source::Walks { walks, starts } => (None, from_walks(walks, starts, args)?),
         _ if args.logs.len() > 1 => {
             let message = format!("found {} files, expected one, or walks only", args.logs.len());
             return Err(Error::input(args.logs[1].display(), message));
@@ -182,12 +181,17 @@ pub fn run(args: &Args) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-fn from_walks(args: &Args) -> Result<SlamMap> {
+/// Walks; several files are walks of one walker each.
+fn from_walks(walks: Vec<Walk>, starts: Vec<Pose2>, args: &Args) -> Result<SlamMap> {
     if args.front_end.is_some() || args.graph.is_some() || args.initial.is_some() {
         let message = "found a walk, expected a log: --front-end, --graph and --initial need scans";
         return Err(Error::input(args.logs[0].display(), message));
     }
-    let options = args.walks.options()?;
+    let mut options = args.walks.options(&starts)?;
+    options.steps_per_pose = args.walks.steps_per_pose;
+    if args.logs.len() == 1 {
+        return front_end::map_of_walks(&walks, &options);
+    }
     let walks = io::walk::read_all(&args.logs)?;
     load::remark(&walks.warnings);
     front_end::map_of_walks(&walks.value, &options)

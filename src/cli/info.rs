@@ -30,7 +30,11 @@ pub fn run(args: &Args) -> Result<Outcome> {
         Source::Log(log) => describe_log(&mut page, log),
         Source::Map(map) => describe_map(&mut page, map),
         Source::Trajectory(trajectory) => describe_trajectory(&mut page, trajectory),
-        Source::Walk(walk) => describe_walk(&mut page, walk),
+        Source::Walks { walks, starts } => {
+            for (k, walk) in walks.iter().enumerate() {
+                describe_walk(&mut page, walk, starts.get(k).copied().unwrap_or(Pose2::IDENTITY));
+            }
+        }
         _ => {}
     }
     out::print(&page.text)?;
@@ -99,7 +103,7 @@ fn describe_trajectory(page: &mut Page, trajectory: &Trajectory) {
     describe_stamps(page, &trajectory.stamps_s);
 }
 
-fn describe_walk(page: &mut Page, walk: &Walk) {
+fn describe_walk(page: &mut Page, walk: &Walk, start: Pose2) {
     page.line("walker", &walk.name);
     page.line("steps", walk.steps.len());
     page.line(
@@ -107,7 +111,7 @@ fn describe_walk(page: &mut Page, walk: &Walk) {
         span(walk.steps.iter().map(Step::length_m).reduce(f64::max).into_iter()) + " m",
     );
     page.line("standstills", walk.standstills().len());
-    describe_path(page, &walk.track(Pose2::IDENTITY));
+    describe_path(page, &walk.track(start));
     describe_stamps(page, &walk.steps.iter().map(|s| s.time_s).collect::<Vec<_>>());
 }
 

@@ -48,8 +48,8 @@ pub fn trajectory(path: &Path) -> Result<Trajectory> {
     match source(path)? {
         Source::Trajectory(trajectory) => Ok(trajectory),
         Source::Map(map) => Ok(map.trajectory()),
-        Source::Walk(walk) => {
-            Ok(front_end::map_of_walks(&[walk], &front_end::WalkOptions::default())?.trajectory())
+        Source::Walks { walks, starts } => {
+            Ok(front_end::map_of_walks(&walks, &front_end::WalkOptions::starting(&starts))?.trajectory())
         }
         Source::Log(log) => Ok(map_of(&log, Chain::Odometry, &front_end::Options::default())?.trajectory()),
         _ => Err(Error::input(path.display(), "found something else, expected a trajectory or a map")),

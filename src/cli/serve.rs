@@ -15,7 +15,7 @@ use super::{Outcome, load, out};
 /// a first page takes a file, or opens a demo. Only this computer can reach the page. Ctrl-C ends it.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Native map, or any file that `hitl import` reads.
+    /// Native map, any file that `hitl import` reads, or a folder of `hitl feetslam`.
     input: Option<PathBuf>,
 
     /// The session to go on with or to begin [default: session.jsonl beside the map].

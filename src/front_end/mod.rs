@@ -92,7 +92,7 @@ pub fn open(path: &Path, indefinite: io::Indefinite) -> Result<io::Read<SlamMap>
             poses: trajectory.poses,
             ..SlamMap::default()
         },
-        Source::Walk(walk) => map_of_walks(&[walk], &WalkOptions::default())?,
+        Source::Walks { walks, starts } => map_of_walks(&walks, &WalkOptions::starting(&starts))?,
         Source::Log(log) => {
             let (map, more) = build(&log, Chain::Odometry, &Options::default())?;
             warnings.extend(more);

@@ -40,6 +40,17 @@ impl Default for WalkOptions {
     }
 }
 
+impl WalkOptions {
+    /// The defaults, with walks that begin there; none: at the origin.
+    pub fn starting(poses: &[Pose2]) -> Self {
+        let mut options = WalkOptions::default();
+        if !poses.is_empty() {
+            options.starts = poses.iter().map(|&pose| Start { pose, ..Start::default() }).collect();
+        }
+        options
+    }
+}
+
 /// Builds the map; the walks follow each other in it.
 ///
 /// # Errors

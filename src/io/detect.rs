@@ -28,6 +28,8 @@ pub enum Format {
     Tum,
     /// A pedestrian's walk.
     Walk,
+    /// Walkers' paths, as `hitl feetslam` writes them.
+    Paths,
     /// Native map (`.npz`).
     Native,
 }
@@ -42,6 +44,7 @@ impl Format {
             Format::Stfs => "HitL-SLAM 16-column text (.stfs.covars)",
             Format::Tum => "TUM trajectory",
             Format::Walk => "walk (CSV)",
+            Format::Paths => "walkers' paths (paths.csv)",
             Format::Native => "native map (.npz)",
         }
     }
@@ -80,7 +83,8 @@ fn by_lines(path: &Path) -> Result<Option<Format>> {
             "VERTEX2" | "EDGE2" => return Ok(Some(Format::Toro)),
             "FIX" => return Ok(Some(Format::G2o)),
             tag if tag.starts_with("VERTEX_") || tag.starts_with("EDGE_") => return Ok(Some(Format::G2o)),
-            tag if is_walk_header(tag) => return Ok(Some(Format::Walk)),
+            tag if begins(tag, "time_s,forward_m") => return Ok(Some(Format::Walk)),
+            tag if begins(tag, "walker,time_s,best_x_m") => return Ok(Some(Format::Paths)),
             tag if carmen::is_tag(tag) => return Ok(Some(Format::Carmen)),
             // The first two lines of .stfs.covars are free text: numbers on them prove nothing yet.
             _ if words.clone().count() == 8 && words.all(|w| number(w).is_ok()) => {
@@ -92,9 +96,9 @@ fn by_lines(path: &Path) -> Result<Option<Format>> {
     Ok(None)
 }
 
-/// The header of a walk; it has no spaces.
-fn is_walk_header(word: &str) -> bool {
-    word.trim_start_matches('\u{feff}').starts_with("time_s,forward_m")
+/// True if a header's first word, whatever spreadsheet wrote it, begins like this.
+fn begins(word: &str, header: &str) -> bool {
+    word.trim_start_matches('\u{feff}').starts_with(header)
 }
 
 /// For a file too damaged to tell: the reader of its name will say on which line.

@@ -12,6 +12,7 @@ mod ids;
 pub mod journal;
 pub mod native;
 pub mod occupancy;
+pub mod paths;
 pub mod ply;
 mod pose_graph;
 pub mod relations;
@@ -29,6 +30,7 @@ pub mod walls;
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::geometry::Pose2;
 use crate::map::{RawLog, SlamMap, Trajectory};
 use crate::pedestrian::Walk;
 pub use detect::Format;
@@ -70,8 +72,13 @@ pub enum Source {
     Map(SlamMap),
     /// Stamped poses only.
     Trajectory(Trajectory),
-    /// A pedestrian's steps: give it to [`crate::front_end`].
-    Walk(Walk),
+    /// Pedestrians' steps: give them to [`crate::front_end`].
+    Walks {
+        /// The walks.
+        walks: Vec<Walk>,
+        /// Where each begins; empty where the file does not say.
+        starts: Vec<Pose2>,
+    },
 }
 
 /// Reads any input file, and says which format it was.
@@ -93,7 +100,8 @@ pub fn read_with(path: &Path, indefinite: Indefinite) -> Result<(Format, Read<So
         Format::G2o => g2o::read_with(path, indefinite)?.map(Source::Map),
         Format::Stfs => stfs::read(path)?.map(Source::Map),
         Format::Tum => tum::read(path)?.map(Source::Trajectory),
-        Format::Walk => walk::read(path)?.map(Source::Walk),
+        Format::Walk => walk::read(path)?.map(|walk| Source::Walks { walks: vec![walk], starts: Vec::new() }),
+        Format::Paths => paths::read(path)?.map(|(walks, starts)| Source::Walks { walks, starts }),
         Format::Native => native::read(path)?.map(Source::Map),
         Format::Toro => toro::read_with(path, indefinite)?.map(Source::Map),
     };

@@ -152,7 +152,7 @@ fn write_row(out: &mut dyn Write, values: &[f64]) -> io::Result<()> {
 }
 
 /// Checks the first line: the `expected` columns, then only such whose names end in a unit.
-fn header(lines: &mut Lines, expected: &[&str]) -> Result<Vec<String>> {
+pub(super) fn header(lines: &mut Lines, expected: &[&str]) -> Result<Vec<String>> {
     if !lines.advance()? {
         return Err(
             lines.file_error(format_args!("found an empty file, expected the header {}", expected.join(",")))
@@ -174,7 +174,7 @@ fn header(lines: &mut Lines, expected: &[&str]) -> Result<Vec<String>> {
     Ok(columns)
 }
 
-fn fields(lines: &Lines, expected: usize) -> Result<Vec<&[u8]>> {
+pub(super) fn fields(lines: &Lines, expected: usize) -> Result<Vec<&[u8]>> {
     let fields: Vec<&[u8]> = lines.line().split(|&b| b == b',').collect();
     if fields.len() != expected {
         return Err(lines.error(format_args!("found {} fields, expected {expected}", fields.len())));

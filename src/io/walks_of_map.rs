@@ -65,28 +65,35 @@ pub fn write(path: &Path, map: &SlamMap, names: &[String]) -> Result<Vec<Written
 /// # Errors
 /// [`Error::Input`] if nobody moves.
 pub fn walks(map: &SlamMap) -> Result<Vec<(Walk, Pose2)>> {
-    let mut joined = vec![false; map.poses.len()];
+    let trajectory = map.trajectory();
+    let walk = |(number, piece): (usize, Vec<usize>)| {
+        let track: Vec<(f64, Pose2)> =
+            piece.iter().map(|&k| (trajectory.stamps_s[k], trajectory.poses[k])).collect();
+        walk_along(format!("walk {}", number + 1), &track)
+    };
+    pieces(map).into_iter().enumerate().map(walk).collect()
+}
+
+/// The pieces of the chain, each as indices into [`SlamMap::trajectory`], in order.
+pub fn pieces(map: &SlamMap) -> Vec<Vec<usize>> {
+    // A trajectory without factors is one walk.
+    let mut joined = vec![map.relative_factors.is_empty(); map.poses.len()];
     for f in map.every_relative_factor().filter(|f| f.i.abs_diff(f.j) == 1) {
         joined[f.i.max(f.j)] = true;
     }
-    // A trajectory without factors is one walk.
-    if map.relative_factors.is_empty() {
-        joined.fill(true);
-    }
-    let mut piece_of_pose = Vec::with_capacity(joined.len());
     let mut piece = 0;
+    let mut piece_of_pose = Vec::with_capacity(joined.len());
     for (pose, &is_joined) in joined.iter().enumerate() {
         piece += usize::from(pose > 0 && !is_joined);
         piece_of_pose.push(piece);
     }
-    let parent = |k: usize| map.scans.get(k).map_or(k, |s| s.parent);
-    let trajectory = map.trajectory();
-    let mut pieces: Vec<Vec<(f64, Pose2)>> = vec![Vec::new(); piece + 1];
-    for (k, (&stamp_s, &pose)) in trajectory.stamps_s.iter().zip(&trajectory.poses).enumerate() {
-        pieces[piece_of_pose[parent(k)]].push((stamp_s, pose));
+    let mut pieces = vec![Vec::new(); piece + 1];
+    if map.scans.is_empty() {
+        (0..map.poses.len()).for_each(|pose| pieces[piece_of_pose[pose]].push(pose));
+    } else {
+        map.scans.iter().enumerate().for_each(|(k, s)| pieces[piece_of_pose[s.parent]].push(k));
     }
-    let named = pieces.iter().enumerate().map(|(k, track)| walk_along(format!("walk {}", k + 1), track));
-    named.collect()
+    pieces
 }
 
 fn walk_along(name: String, track: &[(f64, Pose2)]) -> Result<(Walk, Pose2)> {

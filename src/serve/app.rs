@@ -86,6 +86,9 @@ impl App {
     /// # Errors
     /// As [`front_end::open`] and [`Session::open`].
     pub fn open(&self, input: &Path, log: Option<&Path>) -> Result<()> {
+        // A folder that hitl feetslam wrote: its paths.
+        let folder = input.is_dir().then(|| input.join("paths.csv"));
+        let input = folder.as_deref().unwrap_or(input);
         let name = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let work = self.begin(format!("opening {name}"));
         let source = Source::of(input)?;

@@ -14,6 +14,7 @@ mod map;
 mod open;
 mod page;
 mod view;
+mod walks;
 mod wire;
 
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -148,6 +149,7 @@ fn router(app: Arc<App>) -> Router {
         .route("/api/points", get(map::points))
         .route("/api/poses", get(map::poses))
         .route("/api/factors", get(map::factors))
+        .route("/api/walks", get(walks::walks))
         .route("/api/catch", post(edit::catch))
         .route("/api/preview", post(edit::preview))
         .route("/api/commit", post(edit::commit))

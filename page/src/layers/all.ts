@@ -7,10 +7,12 @@ import { addHeat } from "./heat";
 import { addPoses } from "./poses";
 import { addLayer, bringAll } from "./registry";
 import { addStrokes } from "./strokes";
+import { addWalks } from "./walks";
 
 export function startLayers(): void {
   // Drawn by the worker (raster.ts).
   addLayer({ name: "points", label: "Points", on: true, note: () => many(model.state?.map?.points ?? 0, "point") });
+  addWalks();
   addHeat();
   addFactors();
   addPoses();

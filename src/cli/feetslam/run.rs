@@ -109,6 +109,9 @@ pub fn run(args: &Args) -> Result<Outcome> {
     result.settings.grid = args.tunables.filter.grid_name();
     result.wall_ms = started.elapsed().as_secs_f64() * 1e3;
     output::write(&args.output, &input.walks, &outcome)?;
+    if args.plan.is_some() {
+        io::floor_plan::write(&args.output.join("walls.csv"), &input.walls)?;
+    }
     if let (Some(gallery), Some(folder)) = (&gallery, &args.pictures) {
         gallery.write(folder, &input.walks, &outcome, &result, &input.walls)?;
     }
