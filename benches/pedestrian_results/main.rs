@@ -11,7 +11,9 @@ mod cpu;
 mod experiments;
 mod figures;
 mod laps;
+mod live;
 mod maps;
+mod meet;
 #[allow(dead_code)] // the other page's parts
 #[path = "../results/page.rs"]
 mod page;
@@ -48,6 +50,8 @@ const CHAPTERS: &[(&str, Measure)] = &[
         buildings::alignment(text);
         Vec::new()
     }),
+    ("live", live::chapter),
+    ("meet", meet::chapter),
     ("figures", figures::chapter),
 ];
 

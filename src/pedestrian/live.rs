@@ -12,6 +12,7 @@ mod walker;
 
 use rayon::prelude::*;
 
+use super::bend::{harmful_bend, harmful_curve};
 use super::feetslam::FallBack;
 use super::footslam::Estimate;
 use super::grid;
@@ -28,6 +29,8 @@ use walker::{Walker, World};
 
 /// Bends that an aligned grid gets wrong are looked for after so many refreshes.
 const REFRESHES_PER_BEND_CHECK: usize = 5;
+/// A round that is closed before [`grid::ALIGN_WITHIN_M`] turns the grid if somebody has gone this far, metres.
+const ENOUGH_FOR_A_ROUND_M: f64 = 5.0;
 
 /// How a live run works.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,7 +169,7 @@ impl<'a> Live<'a> {
             return Err(format!("{found}, expected a later time; are two walkers called so?"));
         }
         let longest_m = LONGEST_STEP_M.min(self.settings.options.longest_step_m());
-        if !(step.length_m() <= longest_m) {
+        if !step.length_m().is_finite() || step.length_m() > longest_m {
             let found = format!("found a step of {:.1} m", step.length_m());
             return Err(format!("{found}, expected at most {longest_m} m: are steps missing?"));
         }
@@ -204,13 +207,18 @@ impl<'a> Live<'a> {
         events
     }
 
-    /// Closes a round: runs everybody again from the start, with the others' maps of now. Takes as long as that takes.
-    pub fn round(&mut self) {
+    /// Closes a round: runs everybody again from the start, with the others' maps of now. Takes as long as that takes. A
+    /// grid whose direction is not known yet is turned first: what a round finds out is lost when the grid turns.
+    pub fn round(&mut self) -> Option<Event> {
+        let longest_m = self.walkers.iter().map(|w| w.length_m).fold(0.0, f64::max);
+        let is_early = self.direction == Direction::Unknown && longest_m >= ENOUGH_FOR_A_ROUND_M;
+        let event = is_early.then(|| self.align());
         self.rounds += 1;
         self.world.round += 1;
         self.walkers.iter_mut().for_each(|w| w.publish(&self.world));
         let priors: Vec<_> = (0..self.walkers.len()).map(|j| self.prior_of(Some(j))).collect();
         self.run_again(priors);
+        event
     }
 
     /// The sum of all walkers' maps.
@@ -294,7 +302,8 @@ impl<'a> Live<'a> {
         let tracks: Vec<Vec<Vec2>> =
             self.walkers.iter().map(|w| w.track.iter().map(|p| p.translation()).collect()).collect();
         let tracks: Vec<&[Vec2]> = tracks.iter().map(|t| &t[..]).collect();
-        grid::harmful_bend(&tracks).map(|bend| self.give_up(FallBack::Bend(bend)))
+        let harm = harmful_bend(&tracks).map(FallBack::Bend);
+        harm.or_else(|| harmful_curve(&tracks).map(FallBack::Curve)).map(|why| self.give_up(why))
     }
 
     /// Goes on with a grid that prefers no direction: a random one.

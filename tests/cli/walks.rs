@@ -37,3 +37,39 @@ fn walks_become_a_map_are_corrected_and_come_back_as_walks() {
     }
     assert!(!bench.exists("x.npz") && !bench.exists("x-1.csv"));
 }
+
+#[test]
+fn what_feetslam_wrote_is_a_map_too() {
+    let bench = Bench::new("walk-paths");
+    bench.good("feetslam simulate six --seed 3 -o six");
+    let walks = "six/w1.csv six/w2.csv";
+    bench.good(&format!(
+        "feetslam run {walks} --mode footslam --particles 50 --start 0,0,-90 --plan six/walls.csv -o out"
+    ));
+    assert!(bench.exists("out/walls.csv"), "the plan stays with the paths");
+    bench.good("info out/paths.csv");
+    bench.good("import out/paths.csv -o map.npz");
+    bench.good("export map.npz -o back.csv --walkers w1,w2");
+    // The weighted means, step by step, where they were.
+    let text = std::fs::read_to_string(bench.folder().join("out/paths.csv")).unwrap();
+    let last = text.lines().rfind(|l| l.starts_with("w2,")).unwrap();
+    let value = |k: usize| last.split(',').nth(k).unwrap().parse::<f64>().unwrap();
+    let hitl_slam::io::Source::Map(map) =
+        hitl_slam::io::read(&bench.folder().join("map.npz")).unwrap().1.value
+    else {
+        panic!("a map")
+    };
+    let end = *map.trajectory().poses.last().unwrap();
+    assert!((end.x_m - value(4)).hypot(end.y_m - value(5)) < 1e-9);
+    let damaged = [
+        ("walker,time_s,best_x_m\n", "found the header"),
+        (&text.replacen("w1,", "w1,x", 1), "time_s: found"),
+        (&text.lines().take(2).collect::<Vec<_>>().join("\n"), "without steps"),
+    ];
+    for (content, words) in damaged {
+        std::fs::write(bench.folder().join("bad.csv"), content).unwrap();
+        let run = hitl_in(&bench.folder(), "import bad.csv -o bad.npz");
+        assert_eq!(run.code, Some(2), "{}", run.stderr);
+        assert!(run.stderr.contains("bad.csv") && run.stderr.contains(words), "{}", run.stderr);
+    }
+}

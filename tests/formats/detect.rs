@@ -41,7 +41,7 @@ fn what_is_no_input_is_said_so() {
     let empty = scratch.file("empty.clf", "");
     assert_eq!(message(io::read(&empty)), "empty.clf: found an empty file, expected a log or a map");
     let other = scratch.file("a.dat", "hello\nworld\n");
-    let expected = "a.dat: found nothing that tells its format, expected a CARMEN log, g2o, TORO, .stfs.covars, TUM or a native map (.npz)";
+    let expected = "a.dat: found nothing that tells its format, expected a CARMEN log, g2o, TORO, .stfs.covars, TUM, a walk (.csv) or a native map (.npz)";
     assert_eq!(message(io::read(&other)), expected);
     let binary = scratch.file("a.bin", vec![0x80_u8; 3 << 20]);
     assert_eq!(message(io::read(&binary)), "a.bin:1: found a line of more than 1 MiB, expected a text file");

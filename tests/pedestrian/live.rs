@@ -124,7 +124,7 @@ fn closed_rounds_bring_walkers_who_walk_together_nearer_to_the_truth() {
                 let least = taken.values().min().copied().unwrap_or(0);
                 if rounds && taken.len() == 6 && closed < 4 && least >= [20, 34, 49, 60][closed] {
                     closed += 1;
-                    (0..10).for_each(|_| live.round());
+                    (0..5).for_each(|_| drop(live.round()));
                 }
             }
             let (walks, outcome) = live.outcome();
@@ -139,7 +139,7 @@ fn closed_rounds_bring_walkers_who_walk_together_nearer_to_the_truth() {
         }
     }
     let (with, without) = (mean(&with), mean(&without));
-    assert!(with < 0.85 * without, "{with:.2} m with, {without:.2} m without");
+    assert!(with < 0.6 * without, "{with:.2} m with, {without:.2} m without");
 }
 
 #[test]

@@ -163,6 +163,7 @@ impl Run<'_> {
         let arrived = Instant::now();
         let line = step_lines::parse(text.as_bytes()).map_err(Fault::Line)?;
         let number = self.accepted + 1;
+        let mut events = Vec::new();
         let answer = match &line {
             Line::Step(walker, step) => {
                 let position = self.live.step(walker, *step).map_err(Fault::Line)?;
@@ -174,7 +175,7 @@ impl Run<'_> {
             }
             Line::Map => Some(step_lines::map(number, &self.live.map(), self.alpha)),
             Line::Round => {
-                self.live.round();
+                events.extend(self.live.round());
                 Some(step_lines::round(number, &self.live))
             }
         };
@@ -186,7 +187,8 @@ impl Run<'_> {
             self.say(answer)?;
         }
         let answered_ms = arrived.elapsed().as_secs_f32() * 1e3;
-        for event in self.live.settle() {
+        events.extend(self.live.settle());
+        for event in events {
             self.say(step_lines::event(number, &event))?;
         }
         if matches!(line, Line::Step(..)) {
@@ -194,7 +196,7 @@ impl Run<'_> {
             if !kept {
                 self.delays_ms.push([answered_ms, arrived.elapsed().as_secs_f32() * 1e3]);
             }
-            if self.args.map_every_steps > 0 && self.steps % self.args.map_every_steps == 0 {
+            if self.steps.is_multiple_of(self.args.map_every_steps) {
                 io::transition_map::write_json(&self.args.output.join("map.json"), &self.live.map())?;
             }
         }

@@ -8,6 +8,7 @@ use crate::pedestrian::layout::Layout;
 use crate::pedestrian::motion::MeasuredStep;
 use crate::pedestrian::options::Start;
 use crate::pedestrian::particle_filter::{ParticleFilter, Setting};
+use crate::pedestrian::path_tree::PathTree;
 use crate::pedestrian::random::Key;
 use crate::pedestrian::transition_map::{Prior, TransitionMap};
 use crate::pedestrian::walk::{Step, Walk};
@@ -137,7 +138,7 @@ impl<'a> Walker<'a> {
             mean: self.mean.clone(),
             sigma_m: self.sigma_m.clone(),
             map,
-            sampled_paths: Vec::new(),
+            sampled_paths: PathTree::default(),
             log_evidence: self.filter.log_evidence,
             resamplings: self.filter.resamplings,
         }
