@@ -195,8 +195,8 @@ export function addWalks(): void {
   on(["layers", "state"], place);
   // A map of walks shows them by itself.
   let seen = 0;
-  on(["poses"], () => {
-    if (model.map === seen) return;
+  on(["state"], () => {
+    if (!model.map || model.map !== model.state?.map?.number || model.map === seen) return;
     seen = model.map;
     const isWalks = /\.csv$/i.test(model.state?.map?.name ?? "");
     SHOWN.forEach((name) => { if (isWalks !== model.layers[name]) switchLayer(name, isWalks); });
