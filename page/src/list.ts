@@ -72,6 +72,8 @@ function show(): void {
   $("list-toggle").textContent = list.length ? `List ${list.length}` : "List";
   $("empty").hidden = list.length > 0;
   $("sort").hidden = list.length < 2;
+  $("unjudged").hidden = !state.unjudged || list.length === 0;
+  $("unjudged").textContent = state.unjudged ?? "";
   $("straightened").hidden = !state.straightened;
   // What is typed into, or focused, stays so.
   const focused = document.activeElement?.closest("#list") ? [...$("list").querySelectorAll("input,button,li")].indexOf(document.activeElement) : -1;

@@ -65,9 +65,9 @@ pub fn build(log: &RawLog, chain: Chain<'_>, options: &Options) -> Result<(SlamM
         Chain::ScanMatch { progress } => {
             let never = AtomicBool::new(false);
             let matched = scan_matched(log, options, progress, &never)?;
-            return matched.map(|map| (map, warnings)).ok_or_else(|| {
-                Error::Internal("scan matching was cancelled by nobody".into())
-            });
+            return matched
+                .map(|map| (map, warnings))
+                .ok_or_else(|| Error::Internal("scan matching was cancelled by nobody".into()));
         }
         Chain::LoggedPoses => chain::by_motion(log, |s| s.world_from_robot, options),
         Chain::Graph { graph, stamps } => graph::skeleton(log, graph, stamps, &mut warnings)?,

@@ -35,9 +35,7 @@ impl Corrector {
     pub fn refuse(&mut self, pair: (usize, usize)) -> Result<bool> {
         let path_m = self.map.path_lengths_m();
         let before = self.map.automatic_factors.clone();
-        self.map
-            .automatic_factors
-            .retain(|a| !closures::is_beside(&path_m, pair, (a.factor.i, a.factor.j)));
+        self.map.automatic_factors.retain(|a| !closures::is_beside(&path_m, pair, (a.factor.i, a.factor.j)));
         if self.map.automatic_factors.len() == before.len() {
             return Ok(false);
         }

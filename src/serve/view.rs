@@ -109,9 +109,11 @@ pub fn of(desk: &Desk) -> Value {
 fn contradictions_of(corrector: &Corrector) -> Result<Vec<(String, String)>, String> {
     let map = corrector.map();
     if map.poses.len() * map.human_factors.len() > MOST_JUDGED {
-        return Err("not looked for contradictions: on a map of this size that takes too long after every change; \
+        return Err(
+            "not looked for contradictions: on a map of this size that takes too long after every change; \
                     hitl correct names them"
-            .into());
+                .into(),
+        );
     }
     let found = contradictions::find(map, &corrector.options().joint)
         .map_err(|error| format!("could not look for contradictions: {error}"))?;

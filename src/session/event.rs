@@ -224,9 +224,9 @@ impl Event {
             "refuse" | "allow" => {
                 known_fields(&fields, &["name"])?;
                 let given = text(&fields, "name")?;
-                let (i, j) = AutomaticFactor::poses_of(&given).filter(|(i, j)| i < j).ok_or_else(|| {
-                    format!("name: found \"{given}\", expected two poses such as 120-431")
-                })?;
+                let (i, j) = AutomaticFactor::poses_of(&given)
+                    .filter(|(i, j)| i < j)
+                    .ok_or_else(|| format!("name: found \"{given}\", expected two poses such as 120-431"))?;
                 Ok(if name == "refuse" { Event::Refuse(i, j) } else { Event::Allow(i, j) })
             }
             "straighten" => {

@@ -76,7 +76,9 @@ pub fn apply(
             Some(Outcome::Corrected(report)) => reports.push(*report),
             Some(Outcome::Matched(found)) => matched = Some(*found),
             Some(Outcome::Refused) => {}
-            None => return Err(Error::input("session", "found that it was given up, expected to be finished")),
+            None => {
+                return Err(Error::input("session", "found that it was given up, expected to be finished"));
+            }
         }
     }
     Ok((reports, matched))

@@ -22,10 +22,16 @@ fn something(served: &Served, dice: &mut Dice) -> bool {
     let id = ids.get(dice.index(ids.len().max(1))).copied().unwrap_or("nobody");
     let closures = served.get("/api/closures").json();
     let names = |of: &str| -> Vec<String> {
-        closures[of].as_array().unwrap().iter().filter_map(|f| f["name"].as_str().map(str::to_owned)).collect()
+        closures[of]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(|f| f["name"].as_str().map(str::to_owned))
+            .collect()
     };
     let (found, refused) = (names("factors"), names("refused"));
-    let name = |of: &[String], dice: &mut Dice| of.get(dice.index(of.len().max(1))).cloned().unwrap_or("1-2".into());
+    let name =
+        |of: &[String], dice: &mut Dice| of.get(dice.index(of.len().max(1))).cloned().unwrap_or("1-2".into());
     let reply = match dice.index(12) {
         9 => served.act(json!({"event": "match"})),
         10 => served.act(json!({"event": "refuse", "name": name(&found, dice)})),

@@ -3,7 +3,9 @@
 import { many } from "../dom";
 import { model, on } from "../model";
 import { addFactors } from "./factors";
+import { addEllipses } from "./ellipses";
 import { addHeat } from "./heat";
+import { addMatches } from "./matches";
 import { addPoses } from "./poses";
 import { addLayer, bringAll } from "./registry";
 import { addStrokes } from "./strokes";
@@ -13,6 +15,8 @@ export function startLayers(): void {
   addLayer({ name: "points", label: "Points", on: true, note: () => many(model.state?.map?.points ?? 0, "point") });
   addHeat();
   addFactors();
+  addMatches();
+  addEllipses();
   addPoses();
   addStrokes();
   on(["poses"], bringAll);

@@ -1,7 +1,7 @@
 // Automatic factors, those that disagree, and where visits pass each other unmatched.
 
 import type { Point } from "../api";
-import { css, many } from "../dom";
+import { css } from "../dom";
 import { matching } from "../matching";
 import { changed, model } from "../model";
 import { addLayer } from "./registry";
@@ -65,6 +65,6 @@ function draw(context: CanvasRenderingContext2D, poses: Float64Array): void {
 export function addMatches(): void {
   addLayer({
     name: "matches", label: "Matched by themselves", on: true, draw,
-    note: () => { const { factors, near_passes } = matching.closures; return factors.length + near_passes.length ? `${many(factors.length, "match").replace("matchs", "matches")}, ${near_passes.length} near passes` : "none yet"; },
+    note: () => { const { factors, near_passes } = matching.closures; return factors.length + near_passes.length ? `${factors.length} matched, ${near_passes.length} near passes` : "none yet"; },
   });
 }
