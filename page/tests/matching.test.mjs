@@ -135,7 +135,7 @@ test("a correction on the wrong wall is named in the list", async () => {
 
 test("without WebGL, and when the GPU is lost, the CPU draws", async () => {
   const { served, person } = await demo(chromium);
-  const without = await browser(["--disable-3d-apis"]);
+  const without = await browser(["--disable-software-rasterizer"]);
   const by = ({ page }) => page.evaluate(() => window.hitl.drawn().then((frame) => frame.by));
   try {
     const other = await Person.at(without, `${served.url}&gpu=always`);
