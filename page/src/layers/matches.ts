@@ -41,18 +41,21 @@ function draw(context: CanvasRenderingContext2D, poses: Float64Array): void {
   };
   lines(factors.filter((f) => f.agrees), "--ghost", 1.4, 0.85);
   lines(factors.filter((f) => !f.agrees), "--bad", 2.4, 0.9);
+  // A ring where two visits pass; of those that lie over each other only the nearest.
+  const taken = new Set<string>();
   context.strokeStyle = css("--warn");
-  context.setLineDash([3, 3]);
+  context.lineWidth = 2;
+  context.globalAlpha = 0.9;
   for (const { i, j } of near_passes) {
     if (3 * j >= poses.length) continue;
     const [a, b] = [view.toScreen(place(poses, i)), view.toScreen(place(poses, j))];
-    context.globalAlpha = 0.8;
-    context.lineWidth = 1.3;
+    const [x, y] = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], cell = `${Math.round(x / 20)},${Math.round(y / 20)}`;
+    if (taken.has(cell)) continue;
+    taken.add(cell);
     context.beginPath();
-    context.arc((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, Math.max(9, Math.hypot(a[0] - b[0], a[1] - b[1]) / 2 + 5), 0, 2 * Math.PI);
+    context.arc(x, y, 8, 0, 2 * Math.PI);
     context.stroke();
   }
-  context.setLineDash([]);
   if (pointed && 3 * pointed.j < poses.length) {
     const ends = [place(poses, pointed.i), place(poses, pointed.j)].map((p) => view.toScreen(p));
     lines([pointed], "--accent", 3.5, 1);
