@@ -19,6 +19,13 @@ export function takePoses(packed: Packed<{ revision: number; poses: number; serv
   void drawn().then(() => { commitTimes.screen = performance.now() - commitTimes.asked; });
 }
 
+/** What changes what the visits can be matched by. */
+const CHANGES = ["enable", "reweight", "delete", "settings", "allow"];
+let heard: () => void = () => {};
+/** Hears of every change of the corrections that was made here. */
+export function onChange(f: () => void): void { heard = f; }
+export function changedCorrections(): void { heard(); }
+
 let queue: Promise<boolean> = Promise.resolve(true);
 
 /** Lets an event happen, after all that were asked for before; true if it did. */
@@ -33,6 +40,7 @@ async function carryOut(event: Record<string, unknown>): Promise<boolean> {
     const turns = event["event"] === "straighten" || event["event"] === "undo" || event["event"] === "redo";
     takePoses(await postPacked("/api/act", { ...event, revision: model.revision }));
     if (turns) await fetchPoses();
+    if (CHANGES.includes(String(event["event"]))) heard();
     return true;
   } catch (error) {
     complain(error);

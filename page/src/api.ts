@@ -28,6 +28,9 @@ export interface State {
   map: { number: number; name: string; path: string; poses: number; points: number; closures: number; session: string } | null;
   revision: number;
   corrections: Correction[];
+  /** Why it is not known which corrections contradict the rest. */
+  unjudged: string | null;
+  matching: { is_current: boolean; factors: number; refused: number; disagreeing: number; withdrawn: boolean; near_passes: number };
   straightened: boolean;
   undo: string | null;
   redo: string | null;
@@ -62,6 +65,8 @@ async function ask(path: string, init: RequestInit = {}): Promise<Response> {
   throw new Refusal(response.status, message || `the server answered ${response.status}`);
 }
 
+export async function get<T>(path: string): Promise<T> { return (await ask(path)).json() as Promise<T>; }
+
 export async function post<T>(path: string, body: unknown, signal?: AbortSignal): Promise<T> {
   return (await ask(path, { method: "POST", body: JSON.stringify(body), signal })).json() as Promise<T>;
 }
@@ -89,12 +94,13 @@ export function block<A>(packed: Packed<unknown>, kind: { new(b: ArrayBuffer, at
 }
 
 /** Sends a file; `told` hears the share that has been sent. */
-export function upload(file: File, told: (share: number) => void, signal: AbortSignal): Promise<void> {
+export function upload(file: File, start: "scan-match" | "odometry", told: (share: number) => void, signal: AbortSignal): Promise<void> {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
     request.open("POST", "/api/open");
     request.setRequestHeader("x-hitl-token", token);
     request.setRequestHeader("x-hitl-name", encodeURIComponent(file.name));
+    request.setRequestHeader("x-hitl-start", start);
     request.upload.onprogress = (e) => told(e.lengthComputable ? e.loaded / e.total : 0);
     request.onerror = () => reject(new Refusal(0, "the file did not arrive: is hitl serve still running?"));
     request.onabort = () => reject(new Refusal(0, "given up: nothing has changed"));

@@ -22,9 +22,10 @@ export function el(tag: string, props: Props = {}, ...children: (Node | string)[
 
 let hiding = 0;
 
-/** Says what went wrong, for a while. */
-export function toast(message: string): void {
+/** Says what went wrong, or (calm) what was done, for a while. */
+export function toast(message: string, calm = false): void {
   const box = $("toast");
+  box.classList.toggle("calm", calm);
   box.textContent = message;
   box.hidden = false;
   clearTimeout(hiding);

@@ -33,7 +33,10 @@ export function startFirst(): void {
 }
 
 function take(file: File): Promise<void> {
-  return work(`reading ${file.name}`, (signal) => upload(file, (share) => $("first-share").style.setProperty("--share", `${100 * share}%`), signal));
+  return work(`reading ${file.name}`, (signal) => upload(file, $<HTMLInputElement>("start-odometry").checked ? "odometry" : "scan-match", (share) => {
+    $("first-share").style.setProperty("--share", `${100 * share}%`);
+    if (share === 1) $("drop").querySelector("b")!.textContent = `opening ${file.name} …`;
+  }, signal));
 }
 
 /** Whatever is open stays open if this fails. */

@@ -12,9 +12,14 @@ let space = false, paper = false;
 
 export function fit(): void {
   measureBounds();
+  showBox(model.bounds);
+}
+
+/** Brings a box of the world on screen, between what lies over the map. */
+export function showBox(box: [number, number, number, number]): void {
   const side = $("side"), narrow = innerWidth <= 720;
   const right = side.hidden || narrow ? 24 : 316;
-  model.view.fit(model.bounds, [$("bar").offsetHeight + 28, right, narrow && !side.hidden ? innerHeight * 0.38 + 56 : 112, 24]);
+  model.view.fit(box, [$("bar").offsetHeight + 28, right, narrow && !side.hidden ? innerHeight * 0.38 + 56 : 112, 24]);
   changed("view");
 }
 
@@ -122,6 +127,7 @@ function key(e: KeyboardEvent, compare: (on: boolean) => void): boolean {
   switch (e.key.toLowerCase()) {
     case "b": compare(true); return true;
     case "f": fit(); return true;
+    case "m": if (!$<HTMLButtonElement>("match-now").disabled) $("match-now").click(); return true;
     case "l": openLayers(); return true;
     case "e": openExports(); return true;
   }

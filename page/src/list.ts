@@ -44,7 +44,7 @@ function item(c: Correction): HTMLElement {
   const row = el("li", { class: c.enabled ? "" : "off", "data-id": c.id, tabindex: "0", onmouseenter: look(c.id), onmouseleave: look(null), onfocusin: look(c.id), onfocusout: look(null), onkeydown: (e) => {
     if (e.target === e.currentTarget && ["Delete", "Backspace"].includes((e as KeyboardEvent).key)) void act({ event: "delete", id: c.id });
   } },
-    el("div", { class: "row" }, toggle, icon(c.mode), el("span", {}, `${name} `, el("span", { class: "faint" }, c.id)), left(c)),
+    el("div", { class: "row" }, toggle, icon(c.mode), el("span", { title: c.id }, `${name} `, el("span", { class: "faint" }, c.id)), left(c)),
     el("div", { class: "tools row" }, el("span", { title: "the factor's own share of the objective; how hard it is to satisfy" }, chi2), el("label", {}, "weight ", weight), remove));
   if (c.rejection) row.append(el("div", { class: "why" }, c.rejection));
   if (c.conflicts?.length) row.append(el("div", { class: "why" }, `contradicts ${c.conflicts.join(", ")}`));
@@ -72,6 +72,8 @@ function show(): void {
   $("list-toggle").textContent = list.length ? `List ${list.length}` : "List";
   $("empty").hidden = list.length > 0;
   $("sort").hidden = list.length < 2;
+  $("unjudged").hidden = !state.unjudged || list.length === 0;
+  $("unjudged").textContent = state.unjudged ?? "";
   $("straightened").hidden = !state.straightened;
   // What is typed into, or focused, stays so.
   const focused = document.activeElement?.closest("#list") ? [...$("list").querySelectorAll("input,button,li")].indexOf(document.activeElement) : -1;

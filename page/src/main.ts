@@ -9,6 +9,8 @@ import { startList } from "./list";
 import { changed, model, on } from "./model";
 import { startOverlay } from "./overlay";
 import { startLayers } from "./layers/all";
+import { startMatches } from "./matches";
+import { startMatching } from "./matching";
 import { setTheme, startPanels } from "./panels";
 import { drawn, frames, startRaster } from "./raster";
 import { forget, startTool, times } from "./tool";
@@ -22,22 +24,26 @@ function resize(): void {
 // What lies below the bar must know how high it is.
 new ResizeObserver(() => document.documentElement.style.setProperty("--bar", `${$("bar").offsetHeight}px`)).observe($("bar"));
 
-let waiting = 0;
+let waiting = 0, first = { id: 0, at: 0 };
+/** What is over sooner is not worth a word, ms. */
+const MOMENT = 300;
 
 /** What takes longer than a moment is shown, and can be given up. */
 function showWork(state: State): void {
   const work = state.works[0];
   clearTimeout(waiting);
   if (!work) { $("work").hidden = true; return; }
+  if (first.id !== work.id) first = { id: work.id, at: performance.now() };
   const show = () => {
     $("work").hidden = false;
-    $("work-text").textContent = work.of > 1 ? `${work.what}: ${work.done} of ${work.of}` : `${work.what} …`;
+    $("work-text").textContent = work.of > 1 ? `${work.what}: ${Math.floor((100 * work.done) / work.of)} %` : `${work.what} …`;
     const share = $("work-share");
     share.classList.toggle("waiting", work.of < 2);
     share.style.width = work.of < 2 ? "" : `${(100 * work.done) / work.of}%`;
     $("cancel").onclick = () => void post("/api/cancel", { id: work.id }).catch(complain);
   };
-  if ($("work").hidden) waiting = setTimeout(show, 300) as unknown as number; else show();
+  const wait = MOMENT - (performance.now() - first.at);
+  if ($("work").hidden && wait > 0) waiting = setTimeout(show, wait) as unknown as number; else show();
 }
 
 function news(state: State): void {
@@ -61,6 +67,8 @@ startLayers();
 startOverlay();
 startTool();
 startList();
+startMatching();
+startMatches();
 startPanels();
 startFirst();
 startInput();

@@ -1,7 +1,7 @@
 // Correcting: which relation, stroke a, stroke b, look, apply. And straightening, which needs one stroke.
 
 import { Refusal, block, postPacked, type Ends, type Mode, type Point } from "./api";
-import { act, takePoses } from "./act";
+import { act, changedCorrections, takePoses } from "./act";
 import { $, complain, el, icon, length, angle, toast } from "./dom";
 import { changed, model, on, type Caught, type Preview, type Tool } from "./model";
 import { drawn, sendGhost } from "./raster";
@@ -198,6 +198,7 @@ export async function commit(): Promise<void> {
     takePoses(packed);
     // The same relation again is the likeliest next thing.
     changed("tool");
+    changedCorrections();
   } catch (error) {
     model.busy = false;
     if (error instanceof Refusal && error.status === 409) reset();
@@ -224,7 +225,8 @@ function show(): void {
     say(state.corrections.length === 0 && state.map.name === "aces.clf.bz2"
       ? "The corridor in the east is there twice. Pick Same line (2), then draw along a wall of each."
       : state.corrections.length === 0
-      ? "Find a wall that is there twice, then pick how its two parts relate: keys 1 to 4."
+      ? state.matching.is_current && !state.matching.withdrawn ? "Is a wall there twice? Pick how its two parts relate: keys 1 to 4. All well? Export."
+        : `Find a wall that is there twice, then pick how its two parts relate: keys 1 to 4.${state.matching.withdrawn ? "" : " Or try Match now (M)."}`
       : "Keys 1 to 4: the next correction. Hold B: before. Done? Export.");
   } else if (tool === "plan") say(planStep());
   else if (tool === "straighten") say(drawing ? "Let go: the map turns until this wall lies along an axis." : "Draw along one wall: the map turns until it lies along an axis.");

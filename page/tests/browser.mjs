@@ -1,5 +1,6 @@
 // A browser on a running `hitl serve`, as a person has it.
 
+import assert from "node:assert/strict";
 import { chromium } from "playwright-core";
 import { spawn } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
@@ -11,10 +12,10 @@ export const hitl = process.env.HITL ?? join(project, "target/release/hitl");
 /** Set: screenshots of every step go there. */
 const shots = process.env.HITL_SHOTS;
 
-export async function browser() {
+export async function browser(more = []) {
   const executablePath = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
   if (!executablePath) throw new Error("found no chromium, expected /usr/bin/chromium: apt-get install chromium");
-  const args = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+  const args = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync", ...more];
   return chromium.launch({ executablePath, args });
 }
 
@@ -43,8 +44,10 @@ export async function serve(args = [], folder = mkdtempSync(join(tmpdir(), "hitl
 
 /** A page with what a person does on it. */
 export class Person {
-  static async at(browser, url, options = { viewport: { width: 1280, height: 800 } }) {
-    const context = await browser.newContext({ acceptDownloads: true, ...options });
+  /** `match`: let visits be matched after every change, as the page does if it is not told otherwise. */
+  static async at(browser, url, { match = false, ...options } = {}) {
+    const context = await browser.newContext({ acceptDownloads: true, viewport: { width: 1280, height: 800 }, ...options });
+    if (!match) await context.addInitScript(() => localStorage.setItem("match", "0"));
     const page = await context.newPage();
     const person = new Person(page);
     page.on("pageerror", (error) => person.faults.push(error.message));
@@ -88,6 +91,26 @@ export class Person {
     await this.page.waitForFunction((n) => window.hitl.model.revision !== n && window.hitl.model.state.revision === window.hitl.model.revision, before);
   }
 }
+
+/** A served demo with a person in front of it. */
+export async function demo(chromium, options) {
+  const served = await serve();
+  const person = await Person.at(chromium, served.url, options);
+  await person.page.click("#demo");
+  await person.ready();
+  return { served, person };
+}
+
+/** Nothing went wrong in the page, and the server ends as it should. */
+export async function done({ served, person }) {
+  assert.deepEqual(person.faults, []);
+  await person.page.context().close();
+  assert.equal(await served.end("SIGINT"), 0, "Ctrl-C ends it cleanly");
+  served.clean();
+}
+
+/** How far two sets of poses are apart at most, per coordinate. */
+export const distance = (p, q) => Math.max(...p.map((v, k) => (k % 3 === 2 ? 0 : Math.abs(v - q[k]))));
 
 /** The first correction of data/aces.corrections.jsonl: the two ends of the bent map, one wall. */
 export const STROKES = [[[-0.9, -1.5], [-3.4, -1.5]], [[-4.9, 11.1], [-7.1, 9.9]]];

@@ -5,30 +5,14 @@ import { execFileSync } from "node:child_process";
 import { existsSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Person, STROKES, browser, hitl, killAll, project, serve } from "./browser.mjs";
+import { Person, STROKES, browser, demo as openDemo, distance, done, hitl, killAll, project, serve } from "./browser.mjs";
 
 let chromium;
 before(async () => { chromium = await browser(); });
 // Also after a failure: a server that is left running would keep the tests from ending.
 after(async () => { killAll(); await chromium?.close(); });
 
-const distance = (p, q) => Math.max(...p.map((v, k) => (k % 3 === 2 ? 0 : Math.abs(v - q[k]))));
-
-/** A served demo with a person in front of it. */
-async function demo(options) {
-  const served = await serve();
-  const person = await Person.at(chromium, served.url, options);
-  await person.page.click("#demo");
-  await person.ready();
-  return { served, person };
-}
-
-async function done({ served, person }) {
-  assert.deepEqual(person.faults, []);
-  await person.page.context().close();
-  assert.equal(await served.end("SIGINT"), 0, "Ctrl-C ends it cleanly");
-  served.clean();
-}
+const demo = (options) => openDemo(chromium, options);
 
 test("from the demo to a corrected map: draw, look, apply, undo, redo, switch off, reweight, delete, resume", async () => {
   const { served, person } = await demo();
@@ -200,6 +184,7 @@ test("what cannot be: a bad file, a stroke on nothing, a correction that is refu
   await page.waitForSelector("#first-fault:not([hidden])");
   assert.match(await page.textContent("#first-fault"), /^holiday\.jpg/);
   await person.shot("bad-file");
+  await page.check("#start-odometry");
   await page.setInputFiles("#file", join(project, "data/aces.clf.bz2"));
   await person.ready();
   assert.ok(existsSync(join(served.folder, "hitl-maps/session.jsonl")));

@@ -84,7 +84,7 @@ pub fn wanted(path: &Path) -> Result<session::State> {
         let history =
             content.history().map_err(|(line, message)| Error::line(path.display(), line, message))?;
         let state = history.state().clone();
-        if state.corrections.is_empty() {
+        if state.corrections.is_empty() && state.closings.is_empty() {
             return Err(Error::input(
                 path.display(),
                 "found a session without corrections, expected at least one",

@@ -49,8 +49,7 @@ impl Refused {
 }
 
 fn pair(name: &str) -> Result<(usize, usize)> {
-    let poses = name.split_once('-').and_then(|(i, j)| Some((i.parse().ok()?, j.parse().ok()?)));
-    poses.ok_or_else(|| {
+    AutomaticFactor::poses_of(name).ok_or_else(|| {
         Error::input("--refuse", format_args!("found \"{name}\", expected two poses such as 120-431"))
     })
 }

@@ -145,7 +145,7 @@ fn search(
     let Some(covariance) = Covariance::new(&problem, &problem.blocks(), &problem.held) else {
         return Ok(Some(Vec::new()));
     };
-    let is_refused = |c: &Candidate| options.refused.iter().any(|&pair| beside(&path_m, pair, (c.i, c.j)));
+    let is_refused = |c: &Candidate| options.refused.iter().any(|&pair| is_beside(&path_m, pair, (c.i, c.j)));
     let mut candidates = candidates::find(&map.poses, &path_m, &stations, &covariance);
     candidates.retain(|c| !is_refused(c));
     let places = Places { poses: &map.poses, observations: &map.observations, path_m: &path_m };
@@ -186,8 +186,9 @@ fn search(
     Ok(Some(found.into_iter().map(|(k, outcome)| (candidates[k], outcome)).collect()))
 }
 
-/// True if two pairs of poses are of the same two visits: each end within half a shortest loop of the other's.
-fn beside(path_m: &[f64], (i, j): (usize, usize), (k, l): (usize, usize)) -> bool {
+/// True if two pairs of poses are of the same two visits: each end within half a shortest loop of the other's. `path_m`: as
+/// [`SlamMap::path_lengths_m`]; a pose that the map does not have is beside none.
+pub fn is_beside(path_m: &[f64], (i, j): (usize, usize), (k, l): (usize, usize)) -> bool {
     let is_near = |a: usize, b: usize| match (path_m.get(a), path_m.get(b)) {
         (Some(a), Some(b)) => (a - b).abs() < SHORTEST_LOOP_M / 2.0,
         _ => false,

@@ -16,6 +16,7 @@ mod stamps;
 mod walks;
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use crate::error::{Error, Result};
 use crate::geometry::Pose2;
@@ -63,19 +64,46 @@ pub fn build(log: &RawLog, chain: Chain<'_>, options: &Options) -> Result<(SlamM
     let mut warnings = Vec::new();
     let skeleton = match chain {
         Chain::Odometry => chain::by_motion(log, |s| s.odometry_from_robot, options),
-        Chain::ScanMatch { progress } => scan_match::skeleton(log, options, progress),
+        Chain::ScanMatch { progress } => {
+            let never = AtomicBool::new(false);
+            let matched = scan_matched(log, options, progress, &never)?;
+            return matched
+                .map(|map| (map, warnings))
+                .ok_or_else(|| Error::Internal("scan matching was cancelled by nobody".into()));
+        }
         Chain::LoggedPoses => chain::by_motion(log, |s| s.world_from_robot, options),
         Chain::Graph { graph, stamps } => graph::skeleton(log, graph, stamps, &mut warnings)?,
         Chain::Initial(trajectory) => initial::skeleton(log, trajectory, options, &mut warnings)?,
     };
-    let mut map = skeleton.with_points(log, options);
-    if let Chain::ScanMatch { progress } = chain
-        && options.second_look
-    {
-        rematch(&mut map, log, Visits::Own, options, progress)?;
-    }
+    let map = skeleton.with_points(log, options);
     map.validate("log")?;
     Ok((map, warnings))
+}
+
+/// The map of [`Chain::ScanMatch`]; `progress` is told the number of scans done, of a second look a second time. `None` if
+/// `cancelled` becomes true on the way.
+///
+/// # Errors
+/// As [`build`].
+pub fn scan_matched(
+    log: &RawLog,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+    cancelled: &AtomicBool,
+) -> Result<Option<SlamMap>> {
+    options.validate()?;
+    if log.scans.is_empty() {
+        return Err(Error::input("log", "found no scan, expected at least one"));
+    }
+    let Some(skeleton) = scan_match::skeleton(log, options, progress, cancelled) else { return Ok(None) };
+    let mut map = skeleton.with_points(log, options);
+    if options.second_look
+        && !rematch::rematch_until(&mut map, log, Visits::Own, options, progress, cancelled)?
+    {
+        return Ok(None);
+    }
+    map.validate("log")?;
+    Ok(Some(map))
 }
 
 /// Any input file as a map: as it is, or from a raw log by its odometry, from a walk by its steps; a trajectory is a map without factors and points.

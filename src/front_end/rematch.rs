@@ -3,7 +3,7 @@
 //! The chain matched a scan to what had been seen before it; the pose after it, and once the loops are closed the other
 //! visits, know more.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
@@ -48,6 +48,18 @@ pub fn rematch(
     options: &Options,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<()> {
+    rematch_until(map, log, visits, options, progress, &AtomicBool::new(false)).map(|_| ())
+}
+
+/// The same; false, and the map as it was, if `cancelled` becomes true on the way.
+pub(super) fn rematch_until(
+    map: &mut SlamMap,
+    log: &RawLog,
+    visits: Visits,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+    cancelled: &AtomicBool,
+) -> Result<bool> {
     let is_same = map.scans.len() == log.scans.len()
         && map.scans.iter().zip(&log.scans).all(|(a, b)| a.stamp_s == b.stamp_s);
     if !is_same {
@@ -72,7 +84,7 @@ pub fn rematch(
             let parent = map.scans[group[0]].parent;
             let between: Vec<usize> = group.iter().copied().filter(|&s| is_between(&map.scans[s])).collect();
             let mut offsets = Vec::with_capacity(between.len());
-            if !between.is_empty() {
+            if !between.is_empty() && !cancelled.load(Ordering::Relaxed) {
                 let walls = walls(map, parent, |k| is_open(parent, k));
                 offsets.extend(between.iter().map(|&s| {
                     let start = start(map, &steps, &map.scans[s]);
@@ -86,10 +98,13 @@ pub fn rematch(
             offsets
         })
         .collect();
+    if cancelled.load(Ordering::Relaxed) {
+        return Ok(false);
+    }
     for (scan, offset) in matched.into_iter().flatten() {
         map.scans[scan].parent_from_robot = offset;
     }
-    Ok(())
+    Ok(true)
 }
 
 /// True if the scan is not the one that its pose was made at.

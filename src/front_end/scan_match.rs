@@ -7,6 +7,7 @@
 
 use std::f64::consts::PI;
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -72,8 +73,13 @@ struct Keyframe {
     cloud: Cloud,
 }
 
-/// The chain; `progress` is told the number of scans done.
-pub(super) fn skeleton(log: &RawLog, options: &Options, progress: &(dyn Fn(usize) + Sync)) -> Skeleton {
+/// The chain; `progress` is told the number of scans done. `None` if `cancelled` becomes true on the way.
+pub(super) fn skeleton(
+    log: &RawLog,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+    cancelled: &AtomicBool,
+) -> Option<Skeleton> {
     let mut tracker = Tracker {
         log,
         options,
@@ -95,14 +101,20 @@ pub(super) fn skeleton(log: &RawLog, options: &Options, progress: &(dyn Fn(usize
             || clouds(batch(start + BATCH)),
             || {
                 for (scan, cloud) in (start..).zip(ready) {
+                    if cancelled.load(Ordering::Relaxed) {
+                        return;
+                    }
                     tracker.add(scan, cloud);
                     progress(scan + 1);
                 }
             },
         );
+        if cancelled.load(Ordering::Relaxed) {
+            return None;
+        }
         ready = next;
     }
-    Skeleton {
+    Some(Skeleton {
         poses: tracker.keyframes.iter().map(|k| k.world_from_robot).collect(),
         stamps_s: tracker.keyframes.iter().map(|k| log.scans[k.scan].stamp_s).collect(),
         scan_of_pose: tracker.keyframes.iter().map(|k| Some(k.scan)).collect(),
@@ -110,7 +122,7 @@ pub(super) fn skeleton(log: &RawLog, options: &Options, progress: &(dyn Fn(usize
         held: Vec::new(),
         relative_factors: tracker.factors,
         scans: tracker.scans,
-    }
+    })
 }
 
 impl Tracker<'_> {

@@ -27,6 +27,12 @@ impl AutomaticFactor {
         format!("{}-{}", self.factor.i, self.factor.j)
     }
 
+    /// The two poses of a name; `None`: it is none.
+    pub fn poses_of(name: &str) -> Option<(usize, usize)> {
+        let (i, j) = name.split_once('-')?;
+        Some((i.parse().ok()?, j.parse().ok()?))
+    }
+
     /// True if it disagrees with the rest of the map: more than four standard deviations off.
     pub fn disagrees(&self) -> bool {
         self.chi2 > DISAGREES_CHI2

@@ -5,6 +5,7 @@
 //! A correction that cannot be applied is rejected with its reason and leaves the map as it was.
 
 mod agreeing;
+mod closing;
 mod report;
 mod state;
 
@@ -12,7 +13,6 @@ pub use agreeing::Agreement;
 pub use report::{CorrectionReport, Stroke, Timings};
 pub use state::{Standing, State};
 
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::closures;
@@ -22,7 +22,7 @@ use crate::explicit;
 use crate::geometry::{Pose2, Segment, Vec2, angle_diff};
 use crate::interpret::{self, Caught, Reach, Split};
 use crate::joint;
-use crate::map::{Correction, Feature, HumanFactor, Mode, SlamMap};
+use crate::map::{AutomaticFactor, Correction, Feature, HumanFactor, Mode, SlamMap};
 use crate::solver;
 
 /// A jump is spread over at least this many edges, widening the gap into X_a and X_b if need be.
@@ -212,53 +212,12 @@ impl Corrector {
 
     /// Takes a proposal that was made on the map as it stands; the report says whether it was accepted.
     pub fn accept(&mut self, proposal: Proposal) -> CorrectionReport {
-        if let Some(State { poses, human_factors }) = proposal.state {
+        if let Some(State { poses, human_factors, automatic_factors }) = proposal.state {
             self.map.poses = poses;
             self.map.human_factors = human_factors;
+            self.map.automatic_factors = automatic_factors;
         }
         proposal.report
-    }
-
-    /// Finds all automatic factors anew, from the chain and the corrections alone: after a correction, or after one was taken
-    /// back. A step of its own, so that a person sees a stroke's effect at once. `None`, and the map as it was, if
-    /// `cancelled` becomes true on the way.
-    ///
-    /// # Errors
-    /// [`crate::error::Error`] of the joint optimisation.
-    pub fn reassociate(
-        &mut self,
-        options: &closures::Options,
-        progress: &(dyn Fn(closures::Progress) + Sync),
-        cancelled: &AtomicBool,
-    ) -> Result<Option<Reassociation>> {
-        let start = Instant::now();
-        let found = closures::reassociate(&mut self.map, &self.options.joint, options, progress, cancelled)?;
-        Ok(found.map(|report| Reassociation { report, total_ms: milliseconds(start) }))
-    }
-
-    /// Takes back the correction, or the automatic factor, of this name, and optimises without it; false if there is
-    /// none. With a correction go all automatic factors, since it may have caused any of them.
-    ///
-    /// # Errors
-    /// [`crate::error::Error`] of the joint optimisation.
-    pub fn remove(&mut self, name: &str) -> Result<bool> {
-        let before = (self.map.human_factors.clone(), self.map.automatic_factors.clone());
-        self.map.human_factors.retain(|f| f.id != name);
-        if self.map.human_factors.len() < before.0.len() {
-            self.map.automatic_factors.clear();
-        } else {
-            self.map.automatic_factors.retain(|a| a.name() != name);
-            if self.map.automatic_factors.len() == before.1.len() {
-                return Ok(false);
-            }
-        }
-        let (mut poses, mut factors) = (self.map.poses.clone(), self.map.human_factors.clone());
-        if let Err(error) = joint::optimize(&self.map, &mut poses, &mut factors, &self.options.joint) {
-            (self.map.human_factors, self.map.automatic_factors) = before;
-            return Err(error);
-        }
-        (self.map.poses, self.map.human_factors) = (poses, factors);
-        Ok(true)
     }
 
     /// Stages 1 to 4 of one correction: all that comes before the joint optimisation. The map stays as it is.
@@ -300,7 +259,8 @@ impl Corrector {
             report.after(factor, factor_chi2(&self.map, &poses, factor, &self.options.joint));
         }
         report.timings.total_ms = milliseconds(start);
-        Proposal { state: Some(State { poses, human_factors: factors }), report }
+        let automatic_factors = judged(&self.map.automatic_factors, &poses);
+        Proposal { state: Some(State { poses, human_factors: factors, automatic_factors }), report }
     }
 
     /// The human factor, directions aligned so that sin Δφ (cos Δφ) has its zero in reach; `None`: ambiguous.
@@ -370,6 +330,15 @@ fn mean_point(feature: &Feature, map: &SlamMap, poses: &[Pose2]) -> Vec2 {
         .map(|(pose, p)| poses[pose].transform_point(map.observations.point(p as usize)))
         .sum();
     sum / feature.points.len() as f64
+}
+
+/// The same automatic factors, each with its χ² at `poses`.
+fn judged(factors: &[AutomaticFactor], poses: &[Pose2]) -> Vec<AutomaticFactor> {
+    let judge = |a: &AutomaticFactor| {
+        let chi2 = a.factor.chi2(poses[a.factor.i], poses[a.factor.j]);
+        AutomaticFactor { chi2, ..*a }
+    };
+    factors.iter().map(judge).collect()
 }
 
 /// Σ‖r‖² of one factor's terms R2–R4: no ½, no loss.

@@ -4,15 +4,17 @@ use super::{Corrector, Options, factor_chi2};
 use crate::error::{Error, Result};
 use crate::geometry::{Pose2, Vec2};
 use crate::interpret::{self, Caught};
-use crate::map::{HumanFactor, Mode};
+use crate::map::{AutomaticFactor, HumanFactor, Mode, SlamMap};
 
-/// All that a correction changes in a map.
+/// All that a correction or a re-association changes in a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     /// `world_from_robot`, one per pose.
     pub poses: Vec<Pose2>,
     /// The human factors.
     pub human_factors: Vec<HumanFactor>,
+    /// The automatic factors.
+    pub automatic_factors: Vec<AutomaticFactor>,
 }
 
 impl State {
@@ -50,7 +52,12 @@ pub struct Standing {
 impl Corrector {
     /// A copy of all that corrections have changed or may change.
     pub fn state(&self) -> State {
-        State { poses: self.map.poses.clone(), human_factors: self.map.human_factors.clone() }
+        let SlamMap { poses, human_factors, automatic_factors, .. } = &self.map;
+        State {
+            poses: poses.clone(),
+            human_factors: human_factors.clone(),
+            automatic_factors: automatic_factors.clone(),
+        }
     }
 
     /// Puts a copy back.
@@ -63,6 +70,7 @@ impl Corrector {
         }
         self.map.poses = state.poses;
         self.map.human_factors = state.human_factors;
+        self.map.automatic_factors = state.automatic_factors;
         Ok(())
     }
 

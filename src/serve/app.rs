@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use tokio::sync::watch;
@@ -12,6 +13,9 @@ use super::view;
 use crate::error::{Error, Result};
 use crate::front_end;
 use crate::session::{self, Session, Source};
+
+/// Progress is told no more often than this: to tell is work, too.
+const BETWEEN_NEWS: Duration = Duration::from_millis(100);
 
 /// The server's state.
 #[derive(Debug)]
@@ -25,6 +29,10 @@ pub struct App {
     view: Mutex<Value>,
     works: Mutex<BTreeMap<u64, Work>>,
     next: AtomicU64,
+    /// Revision of the map that the pages were shown last.
+    shown: AtomicU64,
+    /// When the pages were told of progress last.
+    told_at: Mutex<Option<Instant>>,
     news: watch::Sender<Arc<str>>,
 }
 
@@ -62,6 +70,8 @@ impl App {
             view: Mutex::new(view),
             works: Mutex::default(),
             next: AtomicU64::new(1),
+            shown: AtomicU64::new(0),
+            told_at: Mutex::default(),
             news,
         }
     }
@@ -116,7 +126,13 @@ impl App {
     /// Tells every page what the map is now.
     pub fn show(&self, desk: &Desk) {
         *lock(&self.view) = view::of(desk);
+        self.shown.store(desk.revision, Ordering::Relaxed);
         self.tell();
+    }
+
+    /// True while the map of that revision is on screen.
+    pub fn shows(&self, revision: u64) -> bool {
+        self.shown.load(Ordering::Relaxed) == revision
     }
 
     fn tell(&self) {
@@ -151,7 +167,12 @@ impl App {
         (work.done, work.of) = (done, of);
         let goes_on = !work.cancelled.load(Ordering::Relaxed);
         drop(works);
-        self.tell();
+        let mut told_at = lock(&self.told_at);
+        if told_at.is_none_or(|at| at.elapsed() >= BETWEEN_NEWS) {
+            *told_at = Some(Instant::now());
+            drop(told_at);
+            self.tell();
+        }
         goes_on
     }
 

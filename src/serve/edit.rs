@@ -125,11 +125,11 @@ fn carry_out(app: &App, desk: &mut Desk, event: Event, start: Instant) -> Answer
 }
 
 /// The open session, if it still shows what the person saw.
-fn current<'a>(desk: Option<&'a Desk>, fields: &Fields) -> Checked<&'a Desk> {
+pub fn current<'a>(desk: Option<&'a Desk>, fields: &Fields) -> Checked<&'a Desk> {
     let desk = desk.ok_or_else(Fault::nothing_open)?;
     match fields.get("revision").and_then(Value::as_u64) {
         Some(revision) if revision == desk.revision => Ok(desk),
-        Some(_) => Err(Fault::new(StatusCode::CONFLICT, "the map has changed meanwhile: look again")),
+        Some(_) => Err(Fault::outdated()),
         None => Err(Fault::bad("revision: found none, expected the number of the map on screen")),
     }
 }

@@ -8,6 +8,7 @@ use axum::http::StatusCode;
 use serde_json::{Value, json};
 
 use super::app::App;
+use super::edit::current;
 use super::wire::{Answer, Fault, answer, aside, object, packed};
 use crate::crosscheck as check;
 use crate::metrics;
@@ -46,6 +47,29 @@ pub async fn inconsistency(State(app): State<Arc<App>>) -> Answer {
     .await
 }
 
+/// `POST /api/match {revision}`: matches the visits of the map on screen with each other, on a copy. Nothing changes yet: the
+/// event `match` then shows what was found, at once. Given up if the map changes meanwhile.
+pub async fn matching(State(app): State<Arc<App>>, body: Bytes) -> Answer {
+    aside(app, move |app| {
+        let fields = object(&body)?;
+        let working = app.begin("matching visits".into());
+        let (mut branch, revision) = {
+            let desk = app.read();
+            let desk = current(desk.as_ref(), &fields)?;
+            (desk.session.branch(), desk.revision)
+        };
+        let found = branch.run(&mut |done, of| working.progress(done, of) && app.shows(revision))?;
+        let mut desk = app.write();
+        let desk = desk.as_mut().filter(|d| d.revision == revision).ok_or_else(Fault::outdated)?;
+        if !found {
+            return Err(given_up());
+        }
+        desk.session.learn(branch);
+        Ok(answer(&json!({"revision": revision})))
+    })
+    .await
+}
+
 /// `POST /api/crosscheck`: every correction solved by both solvers, and how far they are apart.
 pub async fn crosscheck(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| {
@@ -54,6 +78,7 @@ pub async fn crosscheck(State(app): State<Arc<App>>) -> Answer {
             let source = crate::map::SlamMap {
                 poses: s.solved().source().poses.clone(),
                 human_factors: s.solved().source().human_factors.clone(),
+                automatic_factors: s.solved().source().automatic_factors.clone(),
                 ..s.solved().corrector().map().clone()
             };
             (source, s.state().corrections.clone(), s.state().settings.options())

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use axum::body::Body;
 use axum::extract::State;
@@ -15,24 +16,29 @@ use super::app::App;
 use super::demo;
 use super::wire::{Answer, Fault, answer, aside};
 use crate::error::Error;
+use crate::front_end;
+use crate::map::{RawLog, SlamMap};
 use crate::session::Source;
 
 /// Largest map that is taken, bytes.
 const MAX_MAP_BYTES: u64 = 2 << 30;
 /// Carries the name of a dropped file, percent-encoded.
 const NAME: &str = "x-hitl-name";
+/// `scan-match`: a raw log begins as the chain of its matched scans, not of its odometry.
+const START: &str = "x-hitl-start";
 
 /// `POST /api/open`: the body is the file. If it is no map, it is thrown away and what was open stays.
 pub async fn upload(State(app): State<Arc<App>>, headers: HeaderMap, body: Body) -> Answer {
     let name = headers.get(NAME).and_then(|v| v.to_str().ok()).unwrap_or_default();
     let name = safe_name(name)?;
+    let is_matched = headers.get(START).is_some_and(|v| v == "scan-match");
     let folder = app.folder.clone();
     let arriving = folder.join(format!(".arriving-{}-{}", std::process::id(), app.number()));
     let arrived = receive(&folder, &arriving, body).await;
     let result = match arrived {
         Ok(()) => {
             let arriving = arriving.clone();
-            aside(app, move |app| take(app, &arriving, &name)).await
+            aside(app, move |app| take(app, &arriving, &name, is_matched)).await
         }
         Err(fault) => Err(fault),
     };
@@ -93,8 +99,9 @@ async fn receive(folder: &Path, arriving: &Path, body: Body) -> Result<(), Fault
     file.flush().map_err(failed)
 }
 
-/// Gives the file its place, unless the very same is there, and opens it.
-fn take(app: &App, arrived: &Path, name: &str) -> Answer {
+/// Gives the file its place, unless the very same is there, and opens it; of a raw log, if wanted, the map of its matched
+/// scans, which is then written beside it.
+fn take(app: &App, arrived: &Path, name: &str, is_matched: bool) -> Answer {
     let renamed = |e: Error| match e {
         // The person knows the file by its own name.
         Error::Input { place, message } => {
@@ -102,7 +109,39 @@ fn take(app: &App, arrived: &Path, name: &str) -> Answer {
         }
         other => other,
     };
+    let (_, read) = crate::io::read(arrived).map_err(renamed)?;
+    if let (crate::io::Source::Log(log), true) = (read.value, is_matched) {
+        let map = matched(app, &log, name)?;
+        crate::io::native::write(arrived, &map)?;
+        let stem = name.split('.').next().filter(|s| !s.is_empty()).unwrap_or("map");
+        return settle(app, arrived, &format!("{stem}-matched.npz"));
+    }
     crate::front_end::open(arrived, crate::io::Indefinite::Refuse).map_err(renamed)?;
+    settle(app, arrived, name)
+}
+
+/// The chain of a log's matched scans.
+fn matched(app: &App, log: &RawLog, name: &str) -> Result<SlamMap, Fault> {
+    let working = app.begin(format!("matching the scans of {name}"));
+    let options = front_end::Options::for_scan_matching();
+    let (of, cancelled) = (log.scans.len(), AtomicBool::new(false));
+    // Every scan is looked at twice.
+    let before = AtomicUsize::new(0);
+    let progress = |done: usize| {
+        let all = before.load(Ordering::Relaxed) + done;
+        if done == of {
+            before.store(of, Ordering::Relaxed);
+        }
+        if !working.progress(all, 2 * of) {
+            cancelled.store(true, Ordering::Relaxed);
+        }
+    };
+    let map = front_end::scan_matched(log, &options, &progress, &cancelled)?;
+    map.ok_or_else(|| Fault::new(StatusCode::CONFLICT, "given up: nothing has changed"))
+}
+
+/// Gives a sound file its place and opens it.
+fn settle(app: &App, arrived: &Path, name: &str) -> Answer {
     let sum = Source::of(arrived)?.sha256;
     let path = (1..).find_map(|k| {
         let path = app.folder.join(numbered(name, k));

@@ -15,6 +15,7 @@ use super::app::{App, Desk};
 use super::wire::{Answer, ends_json};
 use crate::contradictions;
 use crate::joint::Backend;
+use crate::map::{AutomaticFactor, SlamMap};
 use crate::pipeline::{CorrectionReport, Corrector};
 
 /// Poses times corrections up to which contradictions are looked for after every change.
@@ -51,7 +52,10 @@ pub fn of(desk: &Desk) -> Value {
     let (history, state, solved) = (session.history(), session.state(), session.solved());
     let map = solved.corrector().map();
     let standings = solved.corrector().standings();
-    let contradictions = contradictions_of(solved.corrector());
+    let (contradictions, unjudged) = match contradictions_of(solved.corrector()) {
+        Ok(found) => (found, None),
+        Err(reason) => (Vec::new(), Some(reason)),
+    };
     let corrections = solved.reports().map(|report| {
         let standing = standings.iter().rev().find(|s| s.id == report.id);
         let factor = map.human_factors.iter().rev().find(|f| f.id == report.id);
@@ -81,6 +85,12 @@ pub fn of(desk: &Desk) -> Value {
         },
         "revision": desk.revision,
         "corrections": corrections.collect::<Vec<_>>(),
+        "unjudged": unjudged,
+        "matching": {
+            "is_current": state.is_matched(), "factors": map.automatic_factors.len(), "refused": state.refused.len(),
+            "disagreeing": disagreeing(map), "withdrawn": solved.matched().is_some_and(|m| m.report.withdrawn),
+            "near_passes": solved.matched().map_or(0, |m| m.report.near_passes.len()),
+        },
         "straightened": state.straighten.is_some(),
         "undo": history.undo(), "redo": history.redo(),
         "settings": {
@@ -92,15 +102,31 @@ pub fn of(desk: &Desk) -> Value {
     })
 }
 
-/// Names of the corrections that contradict the rest, and why; of maps where that is worked out while one waits.
-fn contradictions_of(corrector: &Corrector) -> Vec<(String, String)> {
+/// Names of the corrections that contradict the rest, and why.
+///
+/// # Errors
+/// Why that is not known, for a person: the map counts, not what is said of it.
+fn contradictions_of(corrector: &Corrector) -> Result<Vec<(String, String)>, String> {
     let map = corrector.map();
     if map.poses.len() * map.human_factors.len() > MOST_JUDGED {
-        return Vec::new();
+        return Err(
+            "not looked for contradictions: on a map of this size that takes too long after every change; \
+                    hitl correct names them"
+                .into(),
+        );
     }
-    // Not to know is no reason to stop: the map is what counts.
-    let found = contradictions::find(map, &corrector.options().joint).unwrap_or_default();
-    found.named.iter().map(|s| (s.id.clone(), format!("the rest: {}", s.reason()))).collect()
+    let found = contradictions::find(map, &corrector.options().joint)
+        .map_err(|error| format!("could not look for contradictions: {error}"))?;
+    Ok(found.named.iter().map(|s| (s.id.clone(), format!("the rest: {}", s.reason()))).collect())
+}
+
+/// Number of automatic factors that disagree with the map as it stands.
+fn disagreeing(map: &SlamMap) -> usize {
+    let disagrees = |a: &&AutomaticFactor| {
+        let chi2 = a.factor.chi2(map.poses[a.factor.i], map.poses[a.factor.j]);
+        AutomaticFactor { chi2, ..**a }.disagrees()
+    };
+    map.automatic_factors.iter().filter(disagrees).count()
 }
 
 /// What a correction would do, for the status line.

@@ -32,6 +32,11 @@ impl Fault {
         Fault::new(StatusCode::BAD_REQUEST, message)
     }
 
+    /// What was asked is about a map that is no longer on screen.
+    pub fn outdated() -> Self {
+        Fault::new(StatusCode::CONFLICT, "the map has changed meanwhile: look again")
+    }
+
     /// There is no map yet.
     pub fn nothing_open() -> Self {
         Fault::new(StatusCode::CONFLICT, "no map is open")

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::Settings;
 use crate::io::corrections::{describe_field, from_json, known_fields, stroke, stroke_json, to_json};
 use crate::joint::{Backend, Formulation};
-use crate::map::{Correction, Stroke};
+use crate::map::{AutomaticFactor, Correction, Stroke};
 use crate::pipeline::CorrectionReport;
 
 /// The first line: which map the session is about.
@@ -32,6 +32,12 @@ pub enum Event {
     Reweight(String, f64),
     /// Deleted a correction.
     Delete(String),
+    /// Had the visits matched with each other anew: what fits closes loops.
+    Match(Matched),
+    /// Said of an automatic factor, by its two poses, that it is none, for good.
+    Refuse(usize, usize),
+    /// Took that back.
+    Allow(usize, usize),
     /// Asked for the wall under a stroke to lie along an axis; `None`: as the map came.
     Straighten(Option<Stroke>),
     /// Other settings.
@@ -67,6 +73,17 @@ impl From<&CorrectionReport> for Result {
             chi2: report.chi2,
         }
     }
+}
+
+/// What came of a re-association, for whoever reads the session; a replay finds it anew.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Matched {
+    /// Automatic factors.
+    pub factors: usize,
+    /// Of those, in disagreement with the rest of the map.
+    pub disagreeing: usize,
+    /// True: so many contradicted each other that none was kept.
+    pub withdrawn: bool,
 }
 
 /// An event and when it happened.
@@ -115,6 +132,10 @@ impl Entry {
             Event::Enable(id, enabled) => json!({"id": id, "enabled": enabled}),
             Event::Reweight(id, weight) => json!({"id": id, "weight": weight}),
             Event::Delete(id) => json!({"id": id}),
+            Event::Match(matched) => json!({"result": {
+                "factors": matched.factors, "disagreeing": matched.disagreeing, "withdrawn": matched.withdrawn,
+            }}),
+            Event::Refuse(i, j) | Event::Allow(i, j) => json!({"name": format!("{i}-{j}")}),
             Event::Straighten(along) => json!({"along": along.as_ref().map(stroke_json)}),
             Event::Settings(settings) => json!({
                 "solver": settings.solver.name(),
@@ -154,6 +175,9 @@ impl Event {
             Event::Enable(..) => "enable",
             Event::Reweight(..) => "reweight",
             Event::Delete(..) => "delete",
+            Event::Match(..) => "match",
+            Event::Refuse(..) => "refuse",
+            Event::Allow(..) => "allow",
             Event::Straighten(..) => "straighten",
             Event::Settings(..) => "settings",
             Event::Undo => "undo",
@@ -191,6 +215,19 @@ impl Event {
             "delete" => {
                 known_fields(&fields, &["id"])?;
                 Ok(Event::Delete(id(&fields)?))
+            }
+            "match" => {
+                let result = fields.remove("result").as_ref().map(matched).unwrap_or_default();
+                known_fields(&fields, &[])?;
+                Ok(Event::Match(result))
+            }
+            "refuse" | "allow" => {
+                known_fields(&fields, &["name"])?;
+                let given = text(&fields, "name")?;
+                let (i, j) = AutomaticFactor::poses_of(&given)
+                    .filter(|(i, j)| i < j)
+                    .ok_or_else(|| format!("name: found \"{given}\", expected two poses such as 120-431"))?;
+                Ok(if name == "refuse" { Event::Refuse(i, j) } else { Event::Allow(i, j) })
             }
             "straighten" => {
                 known_fields(&fields, &["along"])?;
@@ -256,5 +293,14 @@ fn result(value: &Value) -> Result {
         offset_after_m: value["offset_after_m"].as_f64(),
         angle_after_rad: value["angle_after_rad"].as_f64(),
         chi2: value["chi2"].as_f64(),
+    }
+}
+
+fn matched(value: &Value) -> Matched {
+    let count = |name: &str| value[name].as_u64().unwrap_or(0) as usize;
+    Matched {
+        factors: count("factors"),
+        disagreeing: count("disagreeing"),
+        withdrawn: value["withdrawn"].as_bool().unwrap_or(false),
     }
 }

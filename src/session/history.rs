@@ -46,10 +46,85 @@ impl Settings {
 pub struct State {
     /// In the order in which they are applied.
     pub corrections: Vec<Correction>,
+    /// What is done between them about automatic factors, in order.
+    pub closings: Vec<Closing>,
+    /// Pairs of poses that the person said are no match, in the order of saying.
+    pub refused: Vec<(usize, usize)>,
     /// The wall that is to lie along an axis.
     pub straighten: Option<Stroke>,
     /// How to solve.
     pub settings: Settings,
+}
+
+/// A change of the automatic factors, and its place among the corrections.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Closing {
+    /// After so many corrections.
+    pub after: usize,
+    /// What.
+    pub what: Close,
+}
+
+/// A change of the automatic factors.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Close {
+    /// All are found anew, without these pairs.
+    Match(Vec<(usize, usize)>),
+    /// Those between the two visits of these poses go.
+    Refuse(usize, usize),
+}
+
+/// One step on the way from the source map to the one on screen.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Todo {
+    /// A correction.
+    Correct(Box<Correction>),
+    /// A change of the automatic factors.
+    Close(Close),
+}
+
+impl State {
+    /// Every step in order.
+    pub fn todos(&self) -> Vec<Todo> {
+        let mut todos = Vec::with_capacity(self.corrections.len() + self.closings.len());
+        let mut closings = self.closings.iter().peekable();
+        for done in 0..=self.corrections.len() {
+            while let Some(closing) = closings.next_if(|c| c.after <= done) {
+                todos.push(Todo::Close(closing.what.clone()));
+            }
+            todos.extend(self.corrections.get(done).map(|c| Todo::Correct(Box::new(c.clone()))));
+        }
+        todos
+    }
+
+    /// True if visits were matched since the last change of the corrections.
+    pub fn is_matched(&self) -> bool {
+        let now = |c: &Closing| c.after == self.corrections.len() && matches!(c.what, Close::Match(_));
+        self.closings.iter().any(now)
+    }
+
+    /// What was matched after more than `after` corrections does not hold any more, since an earlier one has changed: it
+    /// may have caused any of it. What was refused stays refused.
+    fn forget_matches(&mut self, after: usize) {
+        self.closings.retain(|c| c.after <= after || matches!(c.what, Close::Refuse(..)));
+        self.closings.iter_mut().for_each(|c| c.after = c.after.min(after));
+    }
+
+    fn refuse(&mut self, pair: (usize, usize)) {
+        self.refused.push(pair);
+        self.closings.push(Closing { after: self.corrections.len(), what: Close::Refuse(pair.0, pair.1) });
+    }
+
+    fn allow(&mut self, pair: (usize, usize)) {
+        self.refused.retain(|&r| r != pair);
+        self.closings.retain(|c| c.what != Close::Refuse(pair.0, pair.1));
+    }
+
+    fn rematch(&mut self) {
+        let after = self.corrections.len();
+        self.closings.retain(|c| c.after < after || matches!(c.what, Close::Refuse(..)));
+        self.closings.push(Closing { after, what: Close::Match(self.refused.clone()) });
+    }
 }
 
 /// Every state that can be gone back to or forward to. Holds at least one.
@@ -131,17 +206,38 @@ impl History {
             Event::Enable(id, enabled) => {
                 let k = known(&next, id)?;
                 next.corrections[k].enabled = *enabled;
+                next.forget_matches(k);
                 format!("switching {id} {}", if *enabled { "on" } else { "off" })
             }
             Event::Reweight(id, weight) => {
                 let k = known(&next, id)?;
                 next.corrections[k].weight = *weight;
+                next.forget_matches(k);
                 format!("weight of {id}")
             }
             Event::Delete(id) => {
                 let k = known(&next, id)?;
                 next.corrections.remove(k);
+                next.forget_matches(k);
                 format!("deleting {id}")
+            }
+            Event::Match(_) => {
+                next.rematch();
+                "matching visits".into()
+            }
+            Event::Refuse(i, j) => {
+                if next.refused.contains(&(*i, *j)) {
+                    return Err(format!("name: found {i}-{j}, which is refused already"));
+                }
+                next.refuse((*i, *j));
+                format!("refusing {i}-{j}")
+            }
+            Event::Allow(i, j) => {
+                if !next.refused.contains(&(*i, *j)) {
+                    return Err(format!("name: found {i}-{j}, expected a pair that was refused"));
+                }
+                next.allow((*i, *j));
+                format!("allowing {i}-{j}")
             }
             Event::Straighten(along) => {
                 next.straighten = *along;
@@ -149,6 +245,8 @@ impl History {
             }
             Event::Settings(settings) => {
                 next.settings = *settings;
+                next.forget_matches(0);
+                next.closings.retain(|c| matches!(c.what, Close::Refuse(..)));
                 "settings".into()
             }
         };

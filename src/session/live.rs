@@ -4,15 +4,12 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use super::caution::caution;
-use super::{Content, Entry, Event, History, Log, Solved, Source, State, Summary, read};
+use super::{Content, Entry, Event, History, Log, Matched, Solved, Source, State, Summary, Told, read};
 use crate::error::{Error, Result};
 use crate::geometry::Vec2;
 use crate::interpret::Caught;
 use crate::map::{Correction, Mode, SlamMap, Stroke};
 use crate::pipeline::Proposal;
-
-/// Called with (corrections done, of how many); false gives the work up.
-pub type Progress<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 
 /// A correction as drawn on the map as it is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +59,7 @@ impl Session {
         map: SlamMap,
         source: Source,
         log: &Path,
-        progress: Progress<'_>,
+        progress: Told<'_>,
     ) -> Result<(Session, Vec<String>)> {
         let mut solved = Solved::new(map)?;
         if log.exists() {
@@ -171,7 +168,7 @@ impl Session {
     ///
     /// # Errors
     /// [`Error::Io`] if it cannot be written down; nothing has changed then.
-    pub fn act(&mut self, event: Event, at_s: u64, progress: Progress<'_>) -> Result<Answer> {
+    pub fn act(&mut self, event: Event, at_s: u64, progress: Told<'_>) -> Result<Answer> {
         let event = match event {
             Event::Correct(correction, _) => {
                 let proposal = self.solved.preview(&correction)?;
@@ -187,8 +184,12 @@ impl Session {
             Ok(plan) => plan,
             Err(reason) => return Ok(Answer::Refused(reason)),
         };
-        if let Event::Settings(settings) = &event {
-            settings.solver.require()?;
+        match &event {
+            Event::Settings(settings) => settings.solver.require()?,
+            Event::Refuse(_, j) if *j >= self.solved.source().poses.len() => {
+                return Ok(Answer::Refused(format!("name: found pose {j}, expected one that the map has")));
+            }
+            _ => {}
         }
         self.looked.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
         match self.solved.follow(self.history.planned(&plan), progress) {
@@ -196,6 +197,10 @@ impl Session {
             Ok(false) => return Ok(Answer::Cancelled),
             Err(error) => return Err(error),
         }
+        let event = match event {
+            Event::Match(_) => Event::Match(self.matched()),
+            other => other,
+        };
         if let Err(error) = self.log.append(&Entry { at_s, event }) {
             self.solved.follow(self.history.state(), &mut |_, _| true)?;
             return Err(error);
@@ -203,6 +208,45 @@ impl Session {
         self.history.commit(plan);
         self.times_s.push(at_s);
         Ok(Answer::Done)
+    }
+
+    /// The last re-association in numbers.
+    fn matched(&self) -> Matched {
+        let factors = &self.solved.corrector().map().automatic_factors;
+        Matched {
+            factors: factors.len(),
+            disagreeing: factors.iter().filter(|a| a.disagrees()).count(),
+            withdrawn: self.solved.matched().is_some_and(|m| m.report.withdrawn),
+        }
+    }
+
+    /// A copy on which the visits can be matched while this session goes on.
+    pub fn branch(&self) -> Branch {
+        let plan = self.history.plan(&Event::Match(Matched::default()));
+        let state = plan.as_ref().map_or(self.state(), |plan| self.history.planned(plan)).clone();
+        Branch { solved: self.solved.clone(), state }
+    }
+
+    /// Takes over what a branch has found. [`Event::Match`] then need not look for it, if nothing has changed meanwhile.
+    pub fn learn(&mut self, branch: Branch) {
+        self.solved.learn(branch.solved);
+    }
+}
+
+/// A session's map on which visits are matched beside it.
+#[derive(Debug)]
+pub struct Branch {
+    solved: Solved,
+    state: State,
+}
+
+impl Branch {
+    /// Matches the visits; false: given up.
+    ///
+    /// # Errors
+    /// As [`crate::pipeline::Corrector::reassociate`].
+    pub fn run(&mut self, progress: Told<'_>) -> Result<bool> {
+        self.solved.follow(&self.state, progress)
     }
 }
 
@@ -215,7 +259,7 @@ pub fn replay(
     source: &Source,
     content: &Content,
     log: &Path,
-    progress: Progress<'_>,
+    progress: Told<'_>,
 ) -> Result<(Solved, State)> {
     source.check(&content.header, log)?;
     let history = fold(content, log)?;

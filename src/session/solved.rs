@@ -1,12 +1,15 @@
-//! The map under a list of corrections. After every correction a copy of what it changed is kept, so that a change
-//! solves only from there on; what comes out is what a start from the source map gives, byte for byte.
+//! The map under a list of steps. After every one a copy of what it changed is kept, so that a change solves only from
+//! there on; what comes out is what a start from the source map gives, byte for byte.
 
+use super::steps::{Outcome, Told, carry_out};
+use super::{Settings, State, Todo, straighten};
 use crate::error::Result;
 use crate::geometry::Pose2;
 use crate::map::{Correction, SlamMap};
-use crate::pipeline::{CorrectionReport, Corrector, Proposal, State as MapState};
+use crate::pipeline::{CorrectionReport, Corrector, Proposal, Reassociation, State as MapState};
 
-use super::{Settings, State, straighten};
+/// Matching takes longer than solving: so many of its last results need not be found again after an undo.
+const MATCHES_KEPT: usize = 24;
 
 /// A map and what was done to it.
 #[derive(Debug, Clone)]
@@ -17,14 +20,23 @@ pub struct Solved {
     steps: Vec<Step>,
     /// Worked out for a person to look at, and likely to be what comes next.
     previewed: Option<(Correction, Proposal)>,
+    known: Vec<Known>,
     world_from_map: Pose2,
 }
 
 #[derive(Debug, Clone)]
 struct Step {
-    correction: Correction,
+    todo: Todo,
     after: MapState,
-    report: CorrectionReport,
+    outcome: Outcome,
+}
+
+/// A re-association that was done once, and all that it depends on.
+#[derive(Debug, Clone)]
+struct Known {
+    settings: Settings,
+    way: Vec<Todo>,
+    step: Step,
 }
 
 impl Solved {
@@ -36,8 +48,15 @@ impl Solved {
         let settings = Settings::default();
         let corrector = Corrector::new(map, settings.options())?;
         let source = corrector.state();
-        let world_from_map = Pose2::IDENTITY;
-        Ok(Solved { corrector, source, settings, steps: Vec::new(), previewed: None, world_from_map })
+        Ok(Solved {
+            corrector,
+            source,
+            settings,
+            steps: Vec::new(),
+            previewed: None,
+            known: Vec::new(),
+            world_from_map: Pose2::IDENTITY,
+        })
     }
 
     /// The map; poses are in its own frame, before any straightening.
@@ -45,7 +64,7 @@ impl Solved {
         &self.corrector
     }
 
-    /// Poses and human factors of the source map.
+    /// What the source map was.
     pub fn source(&self) -> &MapState {
         &self.source
     }
@@ -57,7 +76,18 @@ impl Solved {
 
     /// What every correction did when it was applied, in order.
     pub fn reports(&self) -> impl Iterator<Item = &CorrectionReport> {
-        self.steps.iter().map(|s| &s.report)
+        self.steps.iter().filter_map(|s| match &s.outcome {
+            Outcome::Corrected(report) => Some(&**report),
+            _ => None,
+        })
+    }
+
+    /// The last re-association, if there was one; corrections may have come after it.
+    pub fn matched(&self) -> Option<&Reassociation> {
+        self.steps.iter().rev().find_map(|s| match &s.outcome {
+            Outcome::Matched(found) => Some(&**found),
+            _ => None,
+        })
     }
 
     /// What a correction would do after all that are there.
@@ -72,23 +102,23 @@ impl Solved {
         Ok(&self.previewed.insert((correction.clone(), proposal)).1)
     }
 
-    /// Makes the map that `state` says. `progress(done, of)` is called before every correction; if it answers false,
-    /// the work is given up and everything is as it was: false then.
+    /// Makes the map that `state` says. `progress(done, of)` is called before every step and while visits are matched; if
+    /// it answers false, the work is given up and everything is as it was: false then.
     ///
     /// # Errors
     /// As [`Corrector::apply`]; everything is as it was.
-    pub fn follow(&mut self, state: &State, progress: &mut dyn FnMut(usize, usize) -> bool) -> Result<bool> {
+    pub fn follow(&mut self, state: &State, progress: Told<'_>) -> Result<bool> {
         let before = (self.settings, self.world_from_map);
+        let todos = state.todos();
         let mut kept = 0;
         if state.settings == self.settings {
-            let same = self.steps.iter().zip(&state.corrections).take_while(|(s, c)| s.correction == **c);
-            kept = same.count();
+            kept = self.steps.iter().zip(&todos).take_while(|(s, t)| s.todo == **t).count();
         } else {
             self.corrector.set_options(state.settings.options())?;
             self.previewed = None;
         }
         let old = self.steps.split_off(kept);
-        let outcome = self.apply(state, progress);
+        let outcome = self.apply(state, &todos, progress);
         if !matches!(outcome, Ok(true)) {
             self.steps.truncate(kept);
             self.steps.extend(old);
@@ -100,20 +130,29 @@ impl Solved {
     }
 
     /// Applies what is missing behind the steps that are there.
-    fn apply(&mut self, state: &State, progress: &mut dyn FnMut(usize, usize) -> bool) -> Result<bool> {
+    fn apply(&mut self, state: &State, todos: &[Todo], progress: Told<'_>) -> Result<bool> {
         self.settings = state.settings;
         self.put_back()?;
         let first = self.steps.len();
-        for (k, correction) in state.corrections[first..].iter().enumerate() {
-            if !progress(k, state.corrections.len() - first) {
+        for (k, todo) in todos.iter().enumerate().skip(first) {
+            if !progress(100 * (k - first), 100 * (todos.len() - first)) {
                 return Ok(false);
             }
-            let proposal = match self.previewed.take() {
-                Some((known, proposal)) if known == *correction => proposal,
-                _ => self.corrector.propose(correction)?,
+            if let Some(step) = self.recall(&todos[..=k]) {
+                self.corrector.restore(step.after.clone())?;
+                self.previewed = None;
+                self.steps.push(step);
+                continue;
+            }
+            let previewed = self.previewed.take();
+            let mut told = |share: usize| progress(100 * (k - first) + share, 100 * (todos.len() - first));
+            let Some(outcome) = carry_out(&mut self.corrector, todo, previewed, &mut told)? else {
+                return Ok(false);
             };
-            let report = self.corrector.accept(proposal);
-            let step = Step { correction: correction.clone(), after: self.corrector.state(), report };
+            let step = Step { todo: todo.clone(), after: self.corrector.state(), outcome };
+            if matches!(step.outcome, Outcome::Matched(_)) {
+                self.remember(&todos[..=k], step.clone());
+            }
             self.steps.push(step);
         }
         self.world_from_map = match &state.straighten {
@@ -123,12 +162,30 @@ impl Solved {
         Ok(true)
     }
 
+    fn recall(&self, way: &[Todo]) -> Option<Step> {
+        let known = self.known.iter().find(|k| k.settings == self.settings && k.way == way);
+        known.map(|k| k.step.clone())
+    }
+
+    fn remember(&mut self, way: &[Todo], step: Step) {
+        self.known.truncate(MATCHES_KEPT - 1);
+        self.known.insert(0, Known { settings: self.settings, way: way.to_vec(), step });
+    }
+
+    /// Takes over what a copy of this map has matched meanwhile.
+    pub(super) fn learn(&mut self, copy: Solved) {
+        if let Some(found) = copy.known.into_iter().next()
+            && self.recall(&found.way).is_none()
+        {
+            self.known.truncate(MATCHES_KEPT - 1);
+            self.known.insert(0, found);
+        }
+    }
+
     /// The corrector as after the last step.
     fn put_back(&mut self) -> Result<()> {
         let last = self.steps.last().map_or(&self.source, |s| &s.after).clone();
-        if last.poses != self.corrector.map().poses
-            || last.human_factors != self.corrector.map().human_factors
-        {
+        if last != self.corrector.state() {
             self.previewed = None;
         }
         self.corrector.restore(last)
@@ -145,7 +202,7 @@ impl Solved {
     }
 
     fn with(&self, state: MapState) -> SlamMap {
-        let MapState { poses, human_factors } = state.turned(self.world_from_map);
-        SlamMap { poses, human_factors, ..self.corrector.map().clone() }
+        let MapState { poses, human_factors, automatic_factors } = state.turned(self.world_from_map);
+        SlamMap { poses, human_factors, automatic_factors, ..self.corrector.map().clone() }
     }
 }

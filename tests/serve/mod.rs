@@ -1,6 +1,7 @@
 //! `hitl serve` as a browser meets it, and as an attacker does.
 
 mod guard;
+mod long_work;
 mod survival;
 
 use std::io::{BufRead, BufReader, Read, Write};

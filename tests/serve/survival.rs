@@ -20,7 +20,22 @@ fn something(served: &Served, dice: &mut Dice) -> bool {
     let ids: Vec<&str> =
         state["corrections"].as_array().unwrap().iter().filter_map(|c| c["id"].as_str()).collect();
     let id = ids.get(dice.index(ids.len().max(1))).copied().unwrap_or("nobody");
-    let reply = match dice.index(9) {
+    let closures = served.get("/api/closures").json();
+    let names = |of: &str| -> Vec<String> {
+        closures[of]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter_map(|f| f["name"].as_str().map(str::to_owned))
+            .collect()
+    };
+    let (found, refused) = (names("factors"), names("refused"));
+    let name =
+        |of: &[String], dice: &mut Dice| of.get(dice.index(of.len().max(1))).cloned().unwrap_or("1-2".into());
+    let reply = match dice.index(12) {
+        9 => served.act(json!({"event": "match"})),
+        10 => served.act(json!({"event": "refuse", "name": name(&found, dice)})),
+        11 => served.act(json!({"event": "allow", "name": name(&refused, dice)})),
         0..=3 => served.commit(dice.index(4), MODES[dice.index(4)]),
         4 => served.act(json!({"event": "undo"})),
         5 => served.act(json!({"event": "redo"})),
@@ -92,6 +107,38 @@ fn a_hundred_sessions_killed_at_any_moment_lose_nothing_and_replay_to_the_byte()
         let served = Served::start(&folder, &["map.npz"]);
         assert!(exported(&served) == replayed(&folder), "seed {seed}");
     }
+}
+
+#[test]
+fn correct_follows_a_session_in_which_visits_were_matched_to_the_byte() {
+    let (scratch, _) = room_folder("matched");
+    let folder = scratch.path("");
+    let served = Served::start(&folder, &["map.npz"]);
+    let revision = || json!({"revision": served.state()["revision"]}).to_string();
+    for k in 0..2 {
+        assert_eq!(served.commit(k, "collinear").status, 200);
+        assert_eq!(served.post("/api/match", revision()).status, 200);
+        assert_eq!(served.state()["matching"]["is_current"], false, "found, and not yet shown");
+        assert_eq!(served.act(json!({"event": "match"})).status, 200);
+        assert_eq!(served.state()["matching"]["is_current"], true);
+    }
+    let name = served.get("/api/closures").json()["factors"][0]["name"].as_str().unwrap().to_owned();
+    assert_eq!(served.act(json!({"event": "refuse", "name": name})).status, 200);
+    assert_eq!(served.commit(2, "parallel").status, 200);
+    assert_eq!(served.act(json!({"event": "match"})).status, 200);
+    assert_eq!(served.post("/api/match", r#"{"revision": 1}"#).status, 409, "of a map that is gone");
+    let shown = exported(&served);
+    assert!(replayed(&folder) == shown);
+    let run = hitl_in(&folder, "correct map.npz -c session.jsonl -o by-correct.npz --report -");
+    assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""));
+    assert!(std::fs::read(scratch.path("by-correct.npz")).unwrap() == shown);
+    let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let factors = report["automatic_factors"].as_array().unwrap();
+    assert!(!factors.is_empty() && factors.iter().all(|f| f["name"] != name.as_str()));
+    // The strokes alone, if that is what is wanted.
+    let run = hitl_in(&folder, "correct map.npz -c session.jsonl --no-reassociate -o alone.npz");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert!(native::read(&scratch.path("alone.npz")).unwrap().value.automatic_factors.is_empty());
 }
 
 #[test]

@@ -1,4 +1,5 @@
 mod file;
+mod matching;
 mod strokes;
 mod undo;
 
@@ -79,7 +80,17 @@ pub fn any_event(session: &Session, dice: &mut Dice) -> Event {
         let k = dice.index(corrections.len().max(1));
         corrections.get(k).map_or("nobody".into(), |c| c.id.clone())
     };
-    match dice.index(10) {
+    match dice.index(13) {
+        10 => Event::Match(Default::default()),
+        11 | 12 => {
+            let factors = &session.solved().corrector().map().automatic_factors;
+            let refused = &session.state().refused;
+            match (factors.get(dice.index(factors.len().max(1))), refused.first()) {
+                (_, Some((i, j))) if dice.index(2) == 0 => Event::Allow(*i, *j),
+                (Some(a), _) => Event::Refuse(a.factor.i, a.factor.j),
+                _ => Event::Refuse(3, 64),
+            }
+        }
         0..=3 => wall(session, dice.index(4), Mode::ALL[dice.index(4)]),
         4 => Event::Undo,
         5 => Event::Redo,

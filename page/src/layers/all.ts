@@ -3,7 +3,9 @@
 import { many } from "../dom";
 import { model, on } from "../model";
 import { addFactors } from "./factors";
+import { addEllipses } from "./ellipses";
 import { addHeat } from "./heat";
+import { addMatches } from "./matches";
 import { addPoses } from "./poses";
 import { addLayer, bringAll } from "./registry";
 import { addStrokes } from "./strokes";
@@ -15,6 +17,8 @@ export function startLayers(): void {
   addWalks();
   addHeat();
   addFactors();
+  addMatches();
+  addEllipses();
   addPoses();
   addStrokes();
   on(["poses"], bringAll);

@@ -101,10 +101,11 @@ struct Corrected {
 /// Reads and corrects one map.
 fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<Corrected> {
     let file = corrections;
-    let session::State { corrections, straighten, .. } = load::wanted(file)?;
+    let state = load::wanted(file)?;
+    let session::State { corrections, straighten, .. } = &state;
     let place = map.display();
     let map = load::map(map)?;
-    interpret::check(&map, &corrections).map_err(|error| in_file(file, error))?;
+    interpret::check(&map, corrections).map_err(|error| in_file(file, error))?;
     if map.observations.is_empty() {
         let message = "found a map without points, expected laser points for the strokes to catch";
         return Err(Error::input(place, message));
@@ -112,19 +113,26 @@ fn one(args: &Args, options: Options, map: &Path, corrections: &Path) -> Result<
     let before = args.pictures.is_some().then(|| map.clone());
     let start = Instant::now();
     let mut corrector = Corrector::new(map, options)?;
-    let (reports, contradictions) = if args.interpret_only {
-        (interpret_all(&corrector, &corrections)?, Vec::new())
+    let is_quiet = args.input.is_dir();
+    let wanted = args.reassociate.options()?.filter(|_| !args.interpret_only);
+    let (reports, contradictions, reassociation) = if args.interpret_only {
+        (interpret_all(&corrector, corrections)?, Vec::new(), None)
+    } else if let (Some(_), false) = (&wanted, state.closings.is_empty()) {
+        // A session in which visits were matched says itself where.
+        let (reports, found) = follow(&mut corrector, &state, is_quiet)?;
+        let left = hitl_slam::contradictions::find(corrector.map(), &corrector.options().joint)?.named;
+        let mut agreement = Agreement { reports, set_aside: Vec::new(), left };
+        (std::mem::take(&mut agreement.reports), contradictions::entries(&mut agreement), found)
     } else {
         // What a person saw and left as it is, stays.
         let keep = args.keep_contradictions || session::is_session(file);
-        let is_quiet = args.input.is_dir();
-        let mut agreement = apply_all(&mut corrector, &corrections, keep, is_quiet)?;
+        let mut agreement = apply_all(&mut corrector, corrections, keep, is_quiet)?;
         let contradictions = contradictions::entries(&mut agreement);
-        (agreement.reports, contradictions)
-    };
-    let reassociation = match args.reassociate.options()?.filter(|_| !args.interpret_only) {
-        Some(options) => Some(reassociate::run(&mut corrector, &options, args.input.is_dir())?),
-        None => None,
+        let found = match wanted {
+            Some(options) => Some(reassociate::run(&mut corrector, &options, is_quiet)?),
+            None => None,
+        };
+        (agreement.reports, contradictions, found)
     };
     if let Some(along) = straighten.filter(|_| !args.interpret_only) {
         corrector.turn(session::world_from_map(&corrector, &along)?);
@@ -206,6 +214,24 @@ fn check_outputs(args: &Args) -> Result<()> {
 
 /// One report per correction, in order.
 type Reports = Vec<CorrectionReport>;
+
+/// Takes the very steps of a session.
+fn follow(
+    corrector: &mut Corrector,
+    state: &session::State,
+    is_quiet: bool,
+) -> Result<(Reports, Option<Reassociation>)> {
+    let style = ProgressStyle::with_template("following the session {bar:30} {percent} %")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = if is_quiet { ProgressBar::hidden() } else { ProgressBar::new(0).with_style(style) };
+    let done = session::apply(corrector, state, &mut |done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+        true
+    });
+    bar.finish_and_clear();
+    done
+}
 
 fn apply_all(
     corrector: &mut Corrector,
