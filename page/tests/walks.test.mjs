@@ -39,7 +39,7 @@ test("a folder of feetslam shows its walks over the plan, plays them, and takes 
   const everything = await ink(page);
 
   // Dragged to the start, little is left; played, it comes back and ends at the end.
-  await page.locator("#playback-time").fill("5");
+  await page.locator("#playback-time").evaluate((e) => { e.value = "5.5"; e.dispatchEvent(new Event("input")); });
   await page.waitForFunction(() => document.querySelector("#playback span").textContent.startsWith("0:05"));
   await person.shot("walks-early");
   assert.equal(await page.getAttribute("#play", "aria-label"), "Play");
