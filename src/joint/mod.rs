@@ -13,6 +13,7 @@ mod gauge;
 mod graph;
 mod growing;
 mod initialise;
+mod memory;
 mod options;
 mod outliers;
 pub mod problem;
@@ -27,6 +28,7 @@ pub use build::build;
 pub use graph::{GraphReport, optimize_graph};
 pub use growing::GrowingGraph;
 pub use initialise::Initialisation;
+pub use memory::Memory;
 pub use options::{Formulation, Normalization, ObservationForm, Options};
 pub use outliers::{Outlier, doubted, optimize_graph_without_outliers, outliers};
 pub use refit::refit;
@@ -52,8 +54,22 @@ pub fn optimize(
     factors: &mut [HumanFactor],
     options: &Options,
 ) -> Result<Report> {
+    optimize_in(&Memory::default(), map, poses, factors, options)
+}
+
+/// The same in memory that is there already: for one correction after the other.
+///
+/// # Errors
+/// As [`optimize`].
+pub fn optimize_in(
+    memory: &Memory,
+    map: &SlamMap,
+    poses: &mut [Pose2],
+    factors: &mut [HumanFactor],
+    options: &Options,
+) -> Result<Report> {
     let mut problem = set_up(map, poses, factors, options);
-    let mut report = options.backend.solve(&mut problem, options)?;
+    let mut report = options.backend.solve_in(memory, &mut problem, options)?;
     report.warnings.extend(gauge::warning(&map.held_or_first(), &problem.held));
     take_over(&problem, poses, factors);
     Ok(report)
