@@ -124,7 +124,8 @@ fn what_a_solver_solved_before_leaves_no_trace() {
         let held: Vec<usize> = (0..blocks).filter(|_| dice.index(8) == 0).collect();
         let start: Vec<Block> = (0..blocks).map(|_| [0; 3].map(|_| dice.normal(1.0))).collect();
         let (mut fresh, mut again) = (start.clone(), start);
-        let expected = Solver::new(&problem, blocks, &held).minimize(&problem, &mut fresh, &Default::default());
+        let expected =
+            Solver::new(&problem, blocks, &held).minimize(&problem, &mut fresh, &Default::default());
         reused.analyse(&problem, blocks, &held);
         let report = reused.minimize(&problem, &mut again, &Default::default());
         assert_eq!(fresh, again, "round {round}");
