@@ -5,6 +5,8 @@
 //! Its Jacobians are ∂r/∂j = W·diag(Riᵀ, 1) and ∂r/∂i = −∂r/∂j·T, T = [I q; 0 1], q = (−d_y, d_x): so J_jᵀJ_j is one
 //! rotation of WᵀW, and the other two blocks follow from it by T.
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::problem::{JointProblem, RelativeTerm};
@@ -104,12 +106,22 @@ pub(super) fn turns_of(x: &[Block], turns: &mut Vec<[f64; 2]>) {
 /// A joint problem for [`crate::solver`].
 pub(super) struct Compiled<'a> {
     problem: &'a JointProblem,
-    relatives: Vec<Relative>,
+    relatives: Cow<'a, [Relative]>,
 }
 
 impl<'a> Compiled<'a> {
     pub fn new(problem: &'a JointProblem) -> Self {
-        Compiled { problem, relatives: problem.relatives.iter().map(Relative::new).collect() }
+        Compiled { problem, relatives: Cow::Owned(Self::relatives(problem)) }
+    }
+
+    /// With what [`Compiled::relatives`] gave before.
+    pub fn again(problem: &'a JointProblem, relatives: &'a [Relative]) -> Self {
+        Compiled { problem, relatives: Cow::Borrowed(relatives) }
+    }
+
+    /// The relative factors of a problem, made ready.
+    pub fn relatives(problem: &JointProblem) -> Vec<Relative> {
+        problem.relatives.iter().map(Relative::new).collect()
     }
 
     /// What was made ready.

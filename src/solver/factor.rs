@@ -50,6 +50,14 @@ impl Factor {
         compute_all(self, structure, h, damping, b);
     }
 
+    /// Factors H anew in these supernodes, closed under taking parents; the others stay as they are. Their update matrices
+    /// must be apart.
+    pub fn compute_changed(&mut self, structure: &Structure, h: &BlockMatrix, changed: &[bool]) {
+        self.damped.retain(|&scalar| !changed[structure.supernode_of[scalar / 3] as usize]);
+        compute_some(self, structure, h, changed);
+        self.damped.sort_unstable();
+    }
+
     #[inline(always)]
     fn supernode(&mut self, structure: &Structure, h: &BlockMatrix, damping: f64, s: usize) {
         let node = structure.supernodes[s];
@@ -146,6 +154,14 @@ wide! {
         for s in 0..structure.supernodes.len() {
             factor.supernode(structure, h, damping, s);
             factor.forward(structure, &structure.supernodes[s], b);
+        }
+    }
+}
+
+wide! {
+    fn compute_some(factor: &mut Factor, structure: &Structure, h: &BlockMatrix, changed: &[bool]) {
+        for s in (0..structure.supernodes.len()).filter(|&s| changed[s]) {
+            factor.supernode(structure, h, 0.0, s);
         }
     }
 }

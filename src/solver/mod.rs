@@ -16,7 +16,9 @@ mod loss;
 mod normal_equations;
 mod ordering;
 mod polish;
+mod profile;
 mod report;
+mod resolve;
 mod simd;
 mod structure;
 
@@ -25,7 +27,9 @@ pub use gnc::{Gnc, chi2_quantile_3};
 pub use incremental::{Incremental, Laziness};
 pub use lm::{Solver, minimize};
 pub use loss::Loss;
+pub use profile::{Profile, kernel_gflops};
 pub use report::{Iteration, Polish, Report, Termination, Timings};
+pub use resolve::Resolver;
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -220,6 +220,12 @@ impl NormalEquations {
         self.halfway = true;
     }
 
+    /// Factors H anew in these supernodes alone.
+    pub fn factor_changed(&mut self, changed: &[bool]) {
+        self.factor.compute_changed(&self.structure, &self.h, changed);
+        self.halfway = false;
+    }
+
     /// Puts δ with LLᵀδ = −g for the factor at hand into `delta`; false if it is not finite.
     pub fn step(&mut self) -> bool {
         if std::mem::take(&mut self.halfway) {

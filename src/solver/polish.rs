@@ -20,6 +20,14 @@ const KEPT_SHRINKS_TO: f64 = 0.2;
 /// Enough for the linear convergence under robust losses; without them two or three do.
 const MOST_STEPS: usize = 20;
 
+/// Steps of a kept factor shrink by about the same share each; a first one that shrinks by more is luck.
+const SHRINKS_AT_BEST_TO: f64 = 0.1;
+
+/// How long the step after this one will be, if they go on as they do.
+pub(super) fn next_step(step: f64, before: f64) -> f64 {
+    if before.is_finite() { step * (step / before).max(SHRINKS_AT_BEST_TO) } else { step }
+}
+
 /// Where the search ended: the point, memory for another, and the cost.
 pub(super) struct Place<'a> {
     pub x: &'a mut Vec<Block>,
@@ -73,9 +81,7 @@ pub(super) fn polish(
         *at.cost = candidate_cost;
         done.steps += 1;
         done.last_step = step_max;
-        // What is left, if the steps go on to shrink as they do.
-        let next = if done.steps > 1 { step_max * (step_max / before) } else { step_max };
-        if next <= options.step {
+        if next_step(step_max, before) <= options.step {
             done.settled = true;
             break;
         }
