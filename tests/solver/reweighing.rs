@@ -47,8 +47,9 @@ fn laps(laps: usize, factors: usize, seed: u64) -> JointProblem {
             problem.segments.push(wall.to_array());
             for (pose, world_from_robot) in poses.iter().enumerate().skip(first).take(5) {
                 let robot_from_wall = world_from_robot.between(wall);
-                let points = (0..9).map(|p| Vec2::new(0.1 * f64::from(p) - 0.4, dice.normal(0.01)));
-                let scatter = Scatter::of(points.map(|p| robot_from_wall.transform_point(p)));
+                let points: Vec<Vec2> =
+                    (0..9).map(|p| Vec2::new(0.1 * f64::from(p) - 0.4, dice.normal(0.01))).collect();
+                let scatter = Scatter::of(points.iter().map(|&p| robot_from_wall.transform_point(p)));
                 let along = wall.inverse().transform_point(world_from_robot.transform_point(scatter.mean)).x;
                 let (mean, count, scatter_root) = (scatter.mean.into(), scatter.count as f64, scatter.root);
                 let scale = 20.0;
