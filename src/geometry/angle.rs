@@ -8,7 +8,7 @@ const QUARTER_TURN: [f64; 3] =
 /// Taylor-like coefficients of sin r/r and of cos r for |r| ≤ π/4 (Sun's fdlibm; error below 2⁻⁵⁷).
 const SIN: [f64; 6] = [
     -1.666_666_666_666_663_2e-1,
-    8.333_333_333_322_489e-3,
+    8.333_333_333_322_49e-3,
     -1.984_126_982_985_795e-4,
     2.755_731_370_707_006_8e-6,
     -2.505_076_025_340_686_3e-8,
