@@ -37,8 +37,8 @@ pub struct Resolver {
 }
 
 impl Resolver {
-    /// Solves a problem from `x` as [`Solver::minimize`] does, whatever was solved before, and is then ready to solve it
-    /// again. `held` (ascending) must not move.
+    /// Solves a problem from `x` as [`Solver::minimize`] does, to the last digits, whatever was solved before, and is then
+    /// ready to solve it again. `held` (ascending) must not move.
     pub fn solve(
         &mut self,
         problem: &dyn Problem,
@@ -66,7 +66,10 @@ impl Resolver {
         mark(equations, problem, changed.iter().copied(), &mut self.changed);
         self.refactored = 0;
         self.refactor(problem);
-        let mut report = self.steps(problem, x, options);
+        let mut report = match self.steps(problem, x, options) {
+            Some(report) => report,
+            None => self.search(problem, x, options),
+        };
         report.timings.iterate_ms = start.elapsed().as_secs_f64() * 1e3;
         report.timings.total_ms = report.timings.iterate_ms;
         report
@@ -78,13 +81,18 @@ impl Resolver {
         (self.refactored, self.changed.len())
     }
 
-    /// The whole search, and a factor of where it ends.
+    /// The whole search, a factor of where it ends, and what steps with that still gain.
     fn search(&mut self, problem: &dyn Problem, x: &mut Vec<Block>, options: &Options) -> Report {
-        let report = self.solver.minimize(problem, x, options);
+        let mut report = self.solver.minimize(problem, x, options);
         self.linearised.clone_from(x);
         self.changed.clear();
         self.changed.resize(self.solver.equations.structure.supernodes.len(), true);
         self.refactor(problem);
+        if report.termination.converged()
+            && let Some(further) = self.steps(problem, x, options)
+        {
+            report.final_cost = further.final_cost;
+        }
         report
     }
 
@@ -121,7 +129,8 @@ impl Resolver {
         false
     }
 
-    fn steps(&mut self, problem: &dyn Problem, x: &mut Vec<Block>, options: &Options) -> Report {
+    /// Steps with the factor at hand until the next would be too short; `None` if they do not get there.
+    fn steps(&mut self, problem: &dyn Problem, x: &mut Vec<Block>, options: &Options) -> Option<Report> {
         let mut cost = self.solver.equations.assemble_gradient(problem, x);
         let mut report = Report::new(cost, Termination::ConvergedStep);
         let mut last = f64::INFINITY;
@@ -158,13 +167,12 @@ impl Resolver {
             report.final_cost = cost;
             if next_step(step_max, last) <= options.step {
                 report.undetermined = self.solver.equations.undetermined();
-                return report;
+                return Some(report);
             }
             last = step_max;
             fresh = step_max > FOLLOWS_FROM && self.follow(problem, x, FOLLOWS_BEYOND);
         }
-        let initial_cost = report.initial_cost;
-        Report { initial_cost, ..self.search(problem, x, options) }
+        None
     }
 }
 
