@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use hitl_slam::geometry::{Information, Pose2, Scatter, Segment, Vec2, angle_diff, wrap_angle};
+use hitl_slam::geometry::{Information, Pose2, Scatter, Segment, Vec2, angle_diff, cos_sin, wrap_angle};
 use nalgebra::Matrix3;
 
 use crate::support::Dice;
@@ -22,6 +22,20 @@ fn wrapped_angles_lie_in_the_half_open_circle_and_keep_their_direction() {
         assert!(wrapped > -PI && wrapped <= PI);
         assert!((wrapped.sin() - angle.sin()).abs() < 1e-12 && (wrapped.cos() - angle.cos()).abs() < 1e-12);
     }
+}
+
+#[test]
+fn our_cosine_and_sine_are_the_librarys_up_to_the_last_digit() {
+    let mut random = Dice::new(7);
+    let quarters = (-4000..4000).map(|k| f64::from(k) * PI / 4.0);
+    let wild = [0.0, -0.0, 1e-300, PI, -PI, 1.6e6, -1.7e6, 1e15, 1e300];
+    let drawn: Vec<f64> = (0..100_000).map(|k| random.uniform(-4.0, 4.0) * [1.0, 1e3, 4e5][k % 3]).collect();
+    for angle in quarters.chain(wild).chain(drawn) {
+        let [cos, sin] = cos_sin(angle);
+        let off = (cos - angle.cos()).abs().max((sin - angle.sin()).abs());
+        assert!(off <= 2.3e-16, "{angle}: {off:e}");
+    }
+    assert!(cos_sin(f64::NAN)[0].is_nan() && cos_sin(f64::INFINITY)[1].is_nan());
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod false_closures;
 mod figures;
 mod formulations;
 mod graphs;
+mod growing;
 mod inconsistency;
 mod intel;
 mod invariance;
@@ -24,6 +25,8 @@ mod page;
 mod paper_figures;
 mod path_match;
 mod peers;
+mod profile;
+mod reweighing;
 mod runs;
 mod scan_match;
 mod serve;
@@ -60,7 +63,10 @@ const SECTIONS: &[(&str, Measure)] = &[
     ("graphs", graphs::section),
     ("solvers", solvers::section),
     ("false-closures", false_closures::section),
+    ("profile", profile::section),
     ("solver-scale", solver_scale::section),
+    ("growing", growing::section),
+    ("reweighing", reweighing::section),
     ("table1", table1::section),
     ("inconsistency", inconsistency::section),
     ("ablations", ablations::section),
@@ -74,6 +80,9 @@ fn main() -> Result<()> {
     if !arguments.iter().any(|a| a == "--bench") {
         println!("skipped: run it with `cargo bench --bench results`");
         return Ok(());
+    }
+    if let Some(poses) = arguments.iter().find_map(|a| a.strip_prefix("--size=")) {
+        return solver_scale::one_size(poses.parse()?);
     }
     let wanted: Vec<&str> = arguments.iter().map(String::as_str).filter(|a| !a.starts_with('-')).collect();
     if let Some(unknown) = wanted.iter().find(|w| SECTIONS.iter().all(|(name, _)| name != *w)) {

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use super::problem::JointProblem;
-use super::{Options, ceres, rust_backend};
+use super::{Memory, Options, ceres, rust_backend};
 use crate::error::{Error, Result};
 use crate::solver::Report;
 
@@ -49,8 +49,16 @@ impl Backend {
     /// [`Error::Input`] for a malformed problem or a back end that is not there; [`Error::Internal`] for a fault of
     /// the back end. Not to converge is no error: the report says so.
     pub fn solve(self, problem: &mut JointProblem, options: &Options) -> Result<Report> {
+        self.solve_in(&Memory::default(), problem, options)
+    }
+
+    /// The same in memory that is there already (Ceres has its own).
+    ///
+    /// # Errors
+    /// As [`Backend::solve`].
+    pub fn solve_in(self, memory: &Memory, problem: &mut JointProblem, options: &Options) -> Result<Report> {
         match self {
-            Backend::Rust => rust_backend::solve(problem, &options.solver),
+            Backend::Rust => rust_backend::solve(memory, problem, &options.solver),
             Backend::Ceres => ceres::solve(problem, &options.solver, &options.ceres),
         }
     }

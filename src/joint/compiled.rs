@@ -5,10 +5,12 @@
 //! Its Jacobians are ∂r/∂j = W·diag(Riᵀ, 1) and ∂r/∂i = −∂r/∂j·T, T = [I q; 0 1], q = (−d_y, d_x): so J_jᵀJ_j is one
 //! rotation of WᵀW, and the other two blocks follow from it by T.
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::problem::{JointProblem, RelativeTerm};
-use crate::geometry::wrap_angle;
+use crate::geometry::{cos_sin, wrap_angle};
 use crate::solver::{Block, Linearization, Loss, PairQuadratic, Problem};
 
 /// R1 with its constants.
@@ -38,9 +40,10 @@ impl Relative {
 
     /// r; (cos, sin) of the first pose's heading; d.
     #[inline]
-    fn at(&self, x: &[Block]) -> ([f64; 3], [f64; 2], [f64; 2]) {
-        let [[xi, yi, ti], [xj, yj, tj]] = self.blocks.map(|b| x[b as usize]);
-        let (s, c) = ti.sin_cos();
+    fn at(&self, x: &[Block], turns: &[[f64; 2]]) -> ([f64; 3], [f64; 2], [f64; 2]) {
+        let [i, j] = self.blocks();
+        let [[xi, yi, ti], [xj, yj, tj]] = [x[i], x[j]];
+        let [c, s] = turns.get(i).copied().unwrap_or_else(|| cos_sin(ti));
         let (dx, dy) = (xj - xi, yj - yi);
         let [zx, zy, zt] = self.measured;
         let e = [c * dx + s * dy - zx, c * dy - s * dx - zy, wrap_angle(tj - ti - zt)];
@@ -49,16 +52,29 @@ impl Relative {
         (r, [c, s], [dx, dy])
     }
 
-    pub fn residual(&self, x: &[Block]) -> Vector3<f64> {
-        self.at(x).0.into()
+    pub fn residual(&self, x: &[Block], turns: &[[f64; 2]]) -> Vector3<f64> {
+        self.at(x, turns).0.into()
     }
 
     pub fn blocks(&self) -> [usize; 2] {
         self.blocks.map(|b| b as usize)
     }
 
-    pub fn quadratic(&self, x: &[Block], at: &mut PairQuadratic) {
-        let (r, [c, s], [dx, dy]) = self.at(x);
+    #[inline]
+    pub fn quadratic(&self, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) {
+        let (r, turn, d) = self.at(x, turns);
+        self.quadratic_of(r, turn, d, at);
+    }
+
+    /// The same with slopes that do not depend on where the poses are: d as measured in place of d as it is.
+    pub fn quadratic_as_measured(&self, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) {
+        let (r, [c, s], _) = self.at(x, turns);
+        let [zx, zy, _] = self.measured;
+        self.quadratic_of(r, [c, s], [c * zx - s * zy, s * zx + c * zy], at);
+    }
+
+    #[inline]
+    fn quadratic_of(&self, r: [f64; 3], [c, s]: [f64; 2], [dx, dy]: [f64; 2], at: &mut PairQuadratic) {
         let [w00, w01, w02, w10, w11, w12, w22] = self.w;
         let v = [w00 * r[0] + w10 * r[1], w01 * r[0] + w11 * r[1], w02 * r[0] + w12 * r[1] + w22 * r[2]];
         let gj = [c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]];
@@ -81,15 +97,46 @@ impl Relative {
     }
 }
 
+/// (cos, sin) of the headings of poses.
+pub(super) fn turns_of(x: &[Block], turns: &mut Vec<[f64; 2]>) {
+    turns.clear();
+    turns.extend(x.iter().map(|x| cos_sin(x[2])));
+}
+
 /// A joint problem for [`crate::solver`].
 pub(super) struct Compiled<'a> {
     problem: &'a JointProblem,
-    relatives: Vec<Relative>,
+    relatives: Cow<'a, [Relative]>,
 }
 
 impl<'a> Compiled<'a> {
     pub fn new(problem: &'a JointProblem) -> Self {
-        Compiled { problem, relatives: problem.relatives.iter().map(Relative::new).collect() }
+        Compiled { problem, relatives: Cow::Owned(Self::relatives(problem)) }
+    }
+
+    /// With what [`Compiled::relatives`] gave before.
+    pub fn again(problem: &'a JointProblem, relatives: &'a [Relative]) -> Self {
+        Compiled { problem, relatives: Cow::Borrowed(relatives) }
+    }
+
+    /// The relative factors of a problem, made ready.
+    pub fn relatives(problem: &JointProblem) -> Vec<Relative> {
+        problem.relatives.iter().map(Relative::new).collect()
+    }
+
+    /// What was made ready.
+    pub fn problem(&self) -> &JointProblem {
+        self.problem
+    }
+
+    /// Σ‖r‖² of all terms at x: no ½, no loss.
+    pub fn chi2(&self, x: &[Block]) -> f64 {
+        (0..self.terms()).map(|k| self.residual(k, x).norm_squared()).sum()
+    }
+
+    /// [`Relative::quadratic_as_measured`] of a relative factor.
+    pub fn as_measured(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) {
+        self.relatives[term].quadratic_as_measured(x, turns, at);
     }
 
     /// Of a relative factor: its poses, the measured turn, and the information of that turn.
@@ -113,16 +160,23 @@ impl Problem for Compiled<'_> {
     }
 
     fn residual(&self, term: usize, x: &[Block]) -> Vector3<f64> {
-        self.problem.residual(term, x)
+        match self.relatives.get(term) {
+            Some(relative) => relative.residual(x, &[]),
+            None => self.problem.residual(term, x),
+        }
     }
 
     fn linearize(&self, term: usize, x: &[Block], at: &mut Linearization) {
         self.problem.linearize(term, x, at);
     }
 
-    fn pair_quadratic(&self, term: usize, x: &[Block], at: &mut PairQuadratic) -> bool {
+    fn turns(&self, x: &[Block], turns: &mut Vec<[f64; 2]>) {
+        turns_of(&x[..self.problem.poses.len()], turns);
+    }
+
+    fn pair_quadratic(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
         let Some(relative) = self.relatives.get(term) else { return false };
-        relative.quadratic(x, at);
+        relative.quadratic(x, turns, at);
         true
     }
 }

@@ -11,8 +11,7 @@ struct Parts {
 impl Parts {
     /// The parts that the terms of a problem make of its blocks.
     fn of(problem: &JointProblem) -> Self {
-        let blocks = problem.poses.len() + problem.segments.len() + 2 * problem.ends.len();
-        let mut parts = Parts { parent: (0..blocks).collect() };
+        let mut parts = Parts { parent: (0..problem.block_count()).collect() };
         let mut touched = Vec::new();
         for term in 0..problem.terms() {
             touched.clear();

@@ -1,5 +1,6 @@
 //! Plain pose graphs: relative factors only, human factors left out.
 
+use super::compiled::Compiled;
 use super::initialise::{Initialisation, initialise};
 use super::{Backend, Options, build, gauge, rust_backend, take_over};
 use crate::error::Result;
@@ -26,18 +27,28 @@ pub struct GraphReport {
 pub fn optimize_graph(map: &mut SlamMap, options: &Options) -> Result<GraphReport> {
     options.validate()?;
     map.validate("graph")?;
-    let initial_chi2 = chi2(map);
     let mut problem = build(map, &map.poses, &[], options);
     problem.validate()?;
     let mut solver = Solver::new(&problem, problem.poses.len(), &problem.held);
-    let initialisation = initialise(&mut problem, &mut solver);
-    let mut solve = match options.backend {
-        Backend::Rust => rust_backend::solve_with(&mut solver, &mut problem, &options.solver),
-        Backend::Ceres => options.backend.solve(&mut problem, options)?,
+    let graph = Compiled::new(&problem);
+    let mut x = problem.blocks();
+    let initial_chi2 = graph.chi2(&x);
+    let initialisation = initialise(&graph, &mut x, &mut solver);
+    let (mut solve, final_chi2) = match options.backend {
+        Backend::Rust => {
+            let report = rust_backend::solve_with(&mut solver, &graph, &mut x, &options.solver);
+            let chi2 = graph.chi2(&x);
+            problem.set_blocks(&x);
+            (report, chi2)
+        }
+        Backend::Ceres => {
+            problem.set_blocks(&x);
+            (options.backend.solve(&mut problem, options)?, problem.chi2())
+        }
     };
     solve.warnings.extend(gauge::warning(&map.held_or_first(), &problem.held));
     take_over(&problem, &mut map.poses, &mut []);
-    Ok(GraphReport { initial_chi2, final_chi2: chi2(map), initialisation, solve })
+    Ok(GraphReport { initial_chi2, final_chi2, initialisation, solve })
 }
 
 /// Σ eᵀΩe over all relative factors: no ½, no loss.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::build::relative_term;
-use super::compiled::Relative;
+use super::compiled::{Relative, turns_of};
 use crate::error::{Error, Result};
 use crate::geometry::Pose2;
 use crate::map::RelativeFactor;
@@ -128,7 +128,7 @@ impl Problem for Factors {
     }
 
     fn residual(&self, term: usize, x: &[Block]) -> Vector3<f64> {
-        self.relatives[term].residual(x) * self.weights[term].sqrt()
+        self.relatives[term].residual(x, &[]) * self.weights[term].sqrt()
     }
 
     fn linearize(&self, term: usize, x: &[Block], at: &mut Linearization) {
@@ -136,8 +136,12 @@ impl Problem for Factors {
         at.residual = self.residual(term, x);
     }
 
-    fn pair_quadratic(&self, term: usize, x: &[Block], at: &mut PairQuadratic) -> bool {
-        self.relatives[term].quadratic(x, at);
+    fn turns(&self, x: &[Block], turns: &mut Vec<[f64; 2]>) {
+        turns_of(x, turns);
+    }
+
+    fn pair_quadratic(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
+        self.relatives[term].quadratic(x, turns, at);
         at.scale(self.weights[term]);
         true
     }

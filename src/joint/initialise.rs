@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::compiled::Compiled;
-use super::problem::JointProblem;
+use crate::geometry::cos_sin;
 use crate::solver::{self, Block, Linearization, Loss, PairQuadratic, Problem, Solver};
 
 /// Where an optimisation began.
@@ -22,38 +22,41 @@ pub enum Initialisation {
     Linear,
 }
 
-/// Moves the poses of a problem of relative factors to the linear estimate if that lowers the cost. `solver` is one made
-/// for the problem's structure.
-pub(super) fn initialise(problem: &mut JointProblem, solver: &mut Solver) -> Initialisation {
-    let compiled = Compiled::new(problem);
-    let Some(estimate) = estimate(problem, &compiled, solver) else { return Initialisation::AsGiven };
+/// Moves x, the poses of a problem of relative factors, to the linear estimate if that lowers the cost. `solver` is one
+/// made for the problem's structure.
+pub(super) fn initialise(graph: &Compiled, x: &mut Vec<Block>, solver: &mut Solver) -> Initialisation {
+    let Some(estimate) = estimate(graph, x, solver) else { return Initialisation::AsGiven };
     // Also false if it is not a number.
-    if solver::cost(&compiled, &estimate) < solver::cost(&compiled, &problem.blocks()) {
-        problem.set_blocks(&estimate);
+    if solver::cost(graph, &estimate) < solver::cost(graph, x) {
+        *x = estimate;
         return Initialisation::Linear;
     }
     Initialisation::AsGiven
 }
 
-fn estimate(problem: &JointProblem, graph: &Compiled, solver: &mut Solver) -> Option<Vec<Block>> {
-    let mut x = problem.blocks();
-    let units: Vec<Block> = x.iter().map(|x| [x[2].cos(), x[2].sin(), 0.0]).collect();
+fn estimate(graph: &Compiled, start: &[Block], solver: &mut Solver) -> Option<Vec<Block>> {
+    let unit = |x: &Block| {
+        let [c, s] = cos_sin(x[2]);
+        [c, s, 0.0]
+    };
+    let units: Vec<Block> = start.iter().map(unit).collect();
     let units = solver.gauss_newton_step(&Stage { graph, kind: Kind::Units }, &units)?;
+    let mut x = start.to_vec();
     for (x, u) in x.iter_mut().zip(&units) {
         if u[0] != 0.0 || u[1] != 0.0 {
             x[2] = u[1].atan2(u[0]);
         }
     }
-    for &held in &problem.held {
-        x[held] = problem.poses[held];
+    for &held in &graph.problem().held {
+        x[held] = start[held];
     }
-    solver.gauss_newton_step(&Stage { graph, kind: Kind::Positions }, &x)
+    solver.gauss_newton_step(&Stage { graph, kind: Kind::Poses }, &x)
 }
 
 #[derive(Clone, Copy)]
 enum Kind {
     Units,
-    Positions,
+    Poses,
 }
 
 /// One of the linear problems, on the structure of the whole.
@@ -63,24 +66,15 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    fn quadratic(&self, term: usize, x: &[Block], at: &mut PairQuadratic) {
-        if let Kind::Positions = self.kind {
-            self.graph.pair_quadratic(term, x, at);
-            for g in &mut at.gradient {
-                g[2] = 0.0;
-            }
-            for h in &mut at.own {
-                (h[2], h[4], h[5]) = (0.0, 0.0, 0.0);
-            }
-            for k in [2, 5, 6, 7, 8] {
-                at.cross[k] = 0.0;
-            }
+    fn quadratic(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) {
+        if let Kind::Poses = self.kind {
+            self.graph.as_measured(term, x, turns, at);
             return;
         }
         let (blocks, turn, w) = self.graph.heading(term);
         *at = PairQuadratic { blocks, ..PairQuadratic::default() };
         let [a, b] = blocks.map(|b| x[b]);
-        let (s, c) = turn.sin_cos();
+        let [c, s] = cos_sin(turn);
         let e = [b[0] - c * a[0] + s * a[1], b[1] - s * a[0] - c * a[1]];
         at.gradient[0] = [-w * (c * e[0] + s * e[1]), -w * (c * e[1] - s * e[0]), 0.0];
         at.gradient[1] = [w * e[0], w * e[1], 0.0];
@@ -111,8 +105,14 @@ impl Problem for Stage<'_> {
         self.graph.linearize(term, x, at);
     }
 
-    fn pair_quadratic(&self, term: usize, x: &[Block], at: &mut PairQuadratic) -> bool {
-        self.quadratic(term, x, at);
+    fn turns(&self, x: &[Block], turns: &mut Vec<[f64; 2]>) {
+        if let Kind::Poses = self.kind {
+            self.graph.turns(x, turns);
+        }
+    }
+
+    fn pair_quadratic(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
+        self.quadratic(term, x, turns, at);
         true
     }
 }

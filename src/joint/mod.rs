@@ -13,10 +13,13 @@ mod gauge;
 mod graph;
 mod growing;
 mod initialise;
+mod memory;
 mod options;
 mod outliers;
 pub mod problem;
+mod profile;
 mod refit;
+mod reweighing;
 pub mod rust_backend;
 mod terms;
 mod uncertainty;
@@ -27,9 +30,12 @@ pub use build::build;
 pub use graph::{GraphReport, optimize_graph};
 pub use growing::GrowingGraph;
 pub use initialise::Initialisation;
+pub use memory::Memory;
 pub use options::{Formulation, Normalization, ObservationForm, Options};
 pub use outliers::{Outlier, doubted, optimize_graph_without_outliers, outliers};
+pub use profile::{GraphProfile, profile_graph};
 pub use refit::refit;
+pub use reweighing::Reweighing;
 pub use uncertainty::{map_covariances, marginal_covariances, position_sigma_m};
 
 use crate::error::Result;
@@ -52,8 +58,22 @@ pub fn optimize(
     factors: &mut [HumanFactor],
     options: &Options,
 ) -> Result<Report> {
+    optimize_in(&Memory::default(), map, poses, factors, options)
+}
+
+/// The same in memory that is there already: for one correction after the other.
+///
+/// # Errors
+/// As [`optimize`].
+pub fn optimize_in(
+    memory: &Memory,
+    map: &SlamMap,
+    poses: &mut [Pose2],
+    factors: &mut [HumanFactor],
+    options: &Options,
+) -> Result<Report> {
     let mut problem = set_up(map, poses, factors, options);
-    let mut report = options.backend.solve(&mut problem, options)?;
+    let mut report = options.backend.solve_in(memory, &mut problem, options)?;
     report.warnings.extend(gauge::warning(&map.held_or_first(), &problem.held));
     take_over(&problem, poses, factors);
     Ok(report)

@@ -1,26 +1,34 @@
 //! The joint problem on our own solver.
 
+use super::Memory;
 use super::compiled::Compiled;
 use super::problem::JointProblem;
 use crate::error::Result;
-use crate::solver::{Options, Report, Solver};
+use crate::solver::{Block, Options, Report, Solver};
 
 /// Minimises the problem in place.
 ///
 /// # Errors
 /// [`crate::error::Error::Input`] for a malformed problem.
-pub fn solve(problem: &mut JointProblem, options: &Options) -> Result<Report> {
+pub fn solve(memory: &Memory, problem: &mut JointProblem, options: &Options) -> Result<Report> {
     problem.validate()?;
-    let mut solver = Solver::new(problem, problem.blocks().len(), &problem.held);
-    Ok(solve_with(&mut solver, problem, options))
+    let mut solver = memory.solver(problem);
+    let mut x = problem.blocks();
+    let report = solve_with(&mut solver, &Compiled::new(problem), &mut x, options);
+    problem.set_blocks(&x);
+    memory.keep(solver);
+    Ok(report)
 }
 
-/// Minimises a valid problem in place with a solver made for its structure.
-pub(super) fn solve_with(solver: &mut Solver, problem: &mut JointProblem, options: &Options) -> Report {
-    let mut x = problem.blocks();
-    let mut report = solver.minimize(&Compiled::new(problem), &mut x, options);
-    problem.set_blocks(&x);
-    report.warnings.extend(undetermined(problem, &report.undetermined));
+/// Minimises a valid problem from x with a solver made for its structure.
+pub(super) fn solve_with(
+    solver: &mut Solver,
+    problem: &Compiled,
+    x: &mut Vec<Block>,
+    options: &Options,
+) -> Report {
+    let mut report = solver.minimize(problem, x, options);
+    report.warnings.extend(undetermined(problem.problem(), &report.undetermined));
     report
 }
 

@@ -14,6 +14,11 @@ impl JointProblem {
         self.poses.iter().chain(&self.segments).copied().chain(ends).collect()
     }
 
+    /// How many those are.
+    pub fn block_count(&self) -> usize {
+        self.poses.len() + self.segments.len() + 2 * self.ends.len()
+    }
+
     /// The inverse of [`JointProblem::blocks`].
     pub fn set_blocks(&mut self, x: &[Block]) {
         let (poses, rest) = x.split_at(self.poses.len());

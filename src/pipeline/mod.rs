@@ -81,6 +81,7 @@ pub struct Corrector {
     options: Options,
     reach: Reach,
     chain_variances: Vec<(f64, f64)>,
+    memory: joint::Memory,
 }
 
 impl Corrector {
@@ -99,7 +100,7 @@ impl Corrector {
         }
         let reach = Reach::new(&map.observations);
         let chain_variances = copslam::chain_variances(&map);
-        Ok(Corrector { map, options, reach, chain_variances })
+        Ok(Corrector { map, options, reach, chain_variances, memory: joint::Memory::default() })
     }
 
     /// The options it was made with.
@@ -197,7 +198,7 @@ impl Corrector {
         };
         let stage = Instant::now();
         let Prepared { poses, factors, .. } = &mut prepared;
-        let solve = match joint::optimize(&self.map, poses, factors, &self.options.joint) {
+        let solve = match joint::optimize_in(&self.memory, &self.map, poses, factors, &self.options.joint) {
             Ok(solve) => solve,
             // Map and options are sound: only numbers that overflow on the way can have made the problem unsound.
             Err(Error::Input { .. }) => {

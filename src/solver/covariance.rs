@@ -13,7 +13,7 @@ impl Solver {
     /// held blocks. Of a block that nothing determines it means nothing.
     pub fn marginal_covariances(&mut self, problem: &dyn Problem, x: &[Block]) -> Vec<Matrix3<f64>> {
         self.equations.assemble(problem, x);
-        self.equations.factor(0.0);
+        self.equations.factor(problem, x, 0.0);
         self.equations.marginals(x.len())
     }
 }
@@ -27,9 +27,10 @@ pub struct Covariance {
 impl Covariance {
     /// Factors H at x; `None` where something is not determined. `held` (ascending) are the blocks that do not move.
     pub fn new(problem: &dyn Problem, x: &[Block], held: &[usize]) -> Option<Self> {
-        let mut equations = NormalEquations::new(problem, x.len(), held);
+        let mut equations = NormalEquations::default();
+        equations.analyse(problem, x.len(), held);
         equations.assemble(problem, x);
-        equations.factor(0.0);
+        equations.factor(problem, x, 0.0);
         equations.undetermined().is_empty().then_some(Covariance { equations })
     }
 

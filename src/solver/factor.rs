@@ -28,22 +28,34 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    /// Memory for a structure.
-    pub fn new(structure: &Structure) -> Self {
+    /// Memory for a structure, of which nothing is factored yet. What there is and is enough stays.
+    pub fn fit(&mut self, structure: &Structure) {
         let largest = structure.supernodes.iter().map(Supernode::stride).max().unwrap_or(0);
-        Factor {
-            panels: vec![0.0; structure.panel_len],
-            updates: vec![0.0; structure.update_len],
-            scratch: vec![0.0; largest],
-            damped: Vec::new(),
+        for (memory, length) in [
+            (&mut self.panels, structure.panel_len),
+            (&mut self.updates, structure.update_len),
+            (&mut self.scratch, largest),
+        ] {
+            if memory.len() < length {
+                *memory = vec![0.0; length];
+            }
         }
+        self.damped.clear();
     }
 
-    /// Factors H + λD (D: [`damping_diagonal`]). Never fails: a pivot that is nothing but rounding is replaced by its
-    /// diagonal entry, and told in `damped`.
-    pub fn compute(&mut self, structure: &Structure, h: &BlockMatrix, damping: f64) {
+    /// Factors H + λD (D: [`damping_diagonal`]) and solves Ly = b in place, panel by panel while it is at hand. Never
+    /// fails: a pivot that is nothing but rounding is replaced by its diagonal entry, and told in `damped`.
+    pub fn compute(&mut self, structure: &Structure, h: &BlockMatrix, damping: f64, b: &mut [f64]) {
         self.damped.clear();
-        compute_all(self, structure, h, damping);
+        compute_all(self, structure, h, damping, b);
+    }
+
+    /// Factors H anew in these supernodes, closed under taking parents; the others stay as they are. Their update matrices
+    /// must be apart.
+    pub fn compute_changed(&mut self, structure: &Structure, h: &BlockMatrix, changed: &[bool]) {
+        self.damped.retain(|&scalar| !changed[structure.supernode_of[scalar / 3] as usize]);
+        compute_some(self, structure, h, changed);
+        self.damped.sort_unstable();
     }
 
     #[inline(always)]
@@ -95,7 +107,13 @@ impl Factor {
 
     /// Solves LLᵀx = b in place; `x` in elimination order, three numbers a block.
     pub fn solve(&mut self, structure: &Structure, x: &mut [f64]) {
-        solve_all(self, structure, x);
+        forward_all(self, structure, x);
+        backward_all(self, structure, x);
+    }
+
+    /// Solves Lᵀx = y in place.
+    pub fn solve_upper(&mut self, structure: &Structure, x: &mut [f64]) {
+        backward_all(self, structure, x);
     }
 
     #[inline(always)]
@@ -132,18 +150,32 @@ impl Factor {
 }
 
 wide! {
-    fn compute_all(factor: &mut Factor, structure: &Structure, h: &BlockMatrix, damping: f64) {
+    fn compute_all(factor: &mut Factor, structure: &Structure, h: &BlockMatrix, damping: f64, b: &mut [f64]) {
         for s in 0..structure.supernodes.len() {
             factor.supernode(structure, h, damping, s);
+            factor.forward(structure, &structure.supernodes[s], b);
         }
     }
 }
 
 wide! {
-    fn solve_all(factor: &mut Factor, structure: &Structure, x: &mut [f64]) {
+    fn compute_some(factor: &mut Factor, structure: &Structure, h: &BlockMatrix, changed: &[bool]) {
+        for s in (0..structure.supernodes.len()).filter(|&s| changed[s]) {
+            factor.supernode(structure, h, 0.0, s);
+        }
+    }
+}
+
+wide! {
+    fn forward_all(factor: &mut Factor, structure: &Structure, x: &mut [f64]) {
         for node in &structure.supernodes {
             factor.forward(structure, node, x);
         }
+    }
+}
+
+wide! {
+    fn backward_all(factor: &mut Factor, structure: &Structure, x: &mut [f64]) {
         for node in structure.supernodes.iter().rev() {
             factor.backward(structure, node, x);
         }

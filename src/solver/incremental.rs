@@ -310,7 +310,7 @@ fn ends(at: &PairQuadratic) -> impl Iterator<Item = usize> + use<> {
 /// A term at x, times ρ′. A term on a single block comes back with that block twice.
 fn quadratic(problem: &dyn Problem, term: usize, x: &[Block]) -> PairQuadratic {
     let mut at = PairQuadratic::default();
-    if !problem.pair_quadratic(term, x, &mut at) {
+    if !problem.pair_quadratic(term, x, &[], &mut at) {
         let mut linear = Linearization::default();
         problem.linearize(term, x, &mut linear);
         at = PairQuadratic::from_jacobians(&linear);

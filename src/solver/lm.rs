@@ -22,7 +22,7 @@ const KEPT_SHRINKS_TO: f64 = 0.1;
 
 /// A problem structure made ready: its ordering and pattern, and the memory of its factor. It serves every problem whose
 /// terms meet the same blocks.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Solver {
     pub(super) equations: NormalEquations,
     order_ms: f64,
@@ -38,9 +38,17 @@ pub fn minimize(problem: &dyn Problem, x: &mut Vec<Block>, held: &[usize], optio
 impl Solver {
     /// Analyses a problem of so many blocks; `held` (ascending) must not move.
     pub fn new(problem: &dyn Problem, blocks: usize, held: &[usize]) -> Self {
+        let mut solver = Solver::default();
+        solver.analyse(problem, blocks, held);
+        solver
+    }
+
+    /// Makes it ready for another problem, in the memory that it has. Results do not depend on what it solved before.
+    pub fn analyse(&mut self, problem: &dyn Problem, blocks: usize, held: &[usize]) {
         let start = Instant::now();
-        let equations = NormalEquations::new(problem, blocks, held);
-        Solver { equations, order_ms: milliseconds(start), free: blocks - held.len() }
+        self.equations.analyse(problem, blocks, held);
+        self.free = blocks - held.len();
+        self.order_ms = milliseconds(start);
     }
 
     /// Minimises from `x`, which then holds the best point found, whatever the termination.
@@ -65,7 +73,7 @@ impl Solver {
     /// `None` if it is not finite.
     pub fn gauss_newton_step(&mut self, problem: &dyn Problem, x: &[Block]) -> Option<Vec<Block>> {
         self.equations.assemble(problem, x);
-        self.equations.factor(0.0);
+        self.equations.factor(problem, x, 0.0);
         let mut moved = x.to_vec();
         self.equations.step().then(|| self.equations.advance(&mut moved))?;
         Some(moved)
@@ -105,7 +113,7 @@ impl Solver {
         let mut factor = 10.0;
         loop {
             if !search.kept {
-                self.equations.factor(search.damping);
+                self.equations.factor(problem, x, search.damping);
             }
             search.fresh = !search.kept;
             if !self.equations.step() {
@@ -115,25 +123,31 @@ impl Solver {
                 return Some(Termination::NoProgress);
             }
             let step_max = self.equations.step_max();
-            if search.kept && step_max > KEPT_SHRINKS_TO * search.last_step {
+            let promised = self.equations.promised();
+            let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
+            if search.kept && !rounding && step_max > KEPT_SHRINKS_TO * search.last_step {
                 search.kept = false;
                 continue;
             }
-            let promised = self.equations.promised();
-            let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
             if rounding || step_max <= options.step {
                 search.pending = search.damping == 0.0;
                 return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
             }
             search.candidate.copy_from_slice(x);
             self.equations.advance(&mut search.candidate);
-            let mut candidate_cost = self.equations.assemble(problem, &search.candidate);
+            let share = promised / report.final_cost;
+            let keeps = search.damping == 0.0 && share < KEEPS_BELOW;
+            let mut candidate_cost = if keeps {
+                self.equations.assemble_gradient(problem, &search.candidate)
+            } else {
+                self.equations.assemble(problem, &search.candidate)
+            };
             // Along a strong factor a straight step leaves the valley, and the next ones lead back into it, further down.
             let mut ahead = 0;
             let falls = |cost: f64| cost < report.final_cost;
             while search.damping == 0.0 && !falls(candidate_cost) && ahead < LOOKS_AHEAD {
                 ahead += 1;
-                self.equations.factor(0.0);
+                self.equations.factor(problem, &search.candidate, 0.0);
                 search.fresh = true;
                 if !self.equations.step() {
                     break;
@@ -142,7 +156,6 @@ impl Solver {
                 candidate_cost = self.equations.assemble(problem, &search.candidate);
             }
             let accepted = falls(candidate_cost);
-            let share = promised / report.final_cost;
             if accepted {
                 std::mem::swap(x, &mut search.candidate);
                 report.final_cost = candidate_cost;
@@ -157,7 +170,7 @@ impl Solver {
                 accepted,
             });
             if accepted {
-                search.succeeded(step_max, share);
+                search.succeeded(step_max, keeps);
                 return None;
             }
             if !search.retry(&mut factor, options) {
@@ -185,13 +198,13 @@ struct Search {
 }
 
 impl Search {
-    fn succeeded(&mut self, step_max: f64, share: f64) {
+    fn succeeded(&mut self, step_max: f64, keeps: bool) {
         self.damping /= 10.0;
         if self.damping < NEGLIGIBLE_DAMPING {
             self.damping = 0.0;
         }
         self.last_step = step_max;
-        self.kept = self.damping == 0.0 && share < KEEPS_BELOW;
+        self.kept = keeps;
     }
 
     /// After a step that failed: a fresh factor if it was an old one, else more damping: times 10, times 100 after the

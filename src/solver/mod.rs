@@ -16,7 +16,9 @@ mod loss;
 mod normal_equations;
 mod ordering;
 mod polish;
+mod profile;
 mod report;
+mod resolve;
 mod simd;
 mod structure;
 
@@ -25,7 +27,9 @@ pub use gnc::{Gnc, chi2_quantile_3};
 pub use incremental::{Incremental, Laziness};
 pub use lm::{Solver, minimize};
 pub use loss::Loss;
+pub use profile::{Profile, kernel_gflops};
 pub use report::{Iteration, Polish, Report, Termination, Timings};
+pub use resolve::Resolver;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -50,9 +54,18 @@ pub trait Problem {
     /// padding and never moves.
     fn linearize(&self, term: usize, x: &[Block], at: &mut Linearization);
 
-    /// The same for a term on two blocks that knows its quadratic form at less cost than from Jacobians; false if it
-    /// does not. Leaves the loss to the solver.
-    fn pair_quadratic(&self, _term: usize, _x: &[Block], _at: &mut PairQuadratic) -> bool {
+    /// What many terms need of x, worked out once: (cos, sin) of the third number of its blocks, or nothing.
+    fn turns(&self, _x: &[Block], _turns: &mut Vec<[f64; 2]>) {}
+
+    /// The same as [`Problem::linearize`] for a term on two blocks that knows its quadratic form at less cost than from
+    /// Jacobians; false if it does not. `turns`: what [`Problem::turns`] gives, or empty. Leaves the loss to the solver.
+    fn pair_quadratic(
+        &self,
+        _term: usize,
+        _x: &[Block],
+        _turns: &[[f64; 2]],
+        _at: &mut PairQuadratic,
+    ) -> bool {
         false
     }
 }
@@ -147,11 +160,6 @@ impl Default for Options {
 
 /// ½ Σ ρ(‖r‖²) at x.
 pub fn cost(problem: &dyn Problem, x: &[Block]) -> f64 {
-    let mut pair = PairQuadratic::default();
-    let mut term_cost = |k: usize| {
-        let known = problem.pair_quadratic(k, x, &mut pair);
-        let s = if known { pair.squared_norm } else { problem.residual(k, x).norm_squared() };
-        problem.loss_of(k).rho(s)
-    };
-    0.5 * (0..problem.terms()).map(&mut term_cost).sum::<f64>()
+    let term_cost = |k: usize| problem.loss_of(k).rho(problem.residual(k, x).norm_squared());
+    0.5 * (0..problem.terms()).map(term_cost).sum::<f64>()
 }

@@ -19,7 +19,7 @@ struct Slot {
 const NOWHERE: Slot = Slot { block: HELD, transposed: false };
 
 /// The normal equations of one problem structure. Held blocks do not appear in them (that is the gauge).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct NormalEquations {
     /// Block column of each block, or [`HELD`].
     column_of: Vec<u32>,
@@ -31,14 +31,21 @@ pub(super) struct NormalEquations {
     slots: Vec<Slot>,
     /// g, 3 per block column.
     gradient: Vec<f64>,
-    /// δ, likewise.
+    /// δ, likewise; or what the factorisation made of −g on its way there.
     delta: Vec<f64>,
+    /// True if `delta` is the latter.
+    halfway: bool,
+    /// True if H is that of where g is.
+    filled: bool,
+    /// Scratch: see [`Problem::turns`].
+    turns: Vec<[f64; 2]>,
     pub factor: Factor,
 }
 
 impl NormalEquations {
-    /// Analyses which blocks meet; `held` (ascending) are the blocks that must not move.
-    pub fn new(problem: &dyn Problem, blocks: usize, held: &[usize]) -> Self {
+    /// Analyses which blocks meet; `held` (ascending) are the blocks that must not move. In the memory of what was analysed
+    /// before: fresh pages cost as much as a step.
+    pub fn analyse(&mut self, problem: &dyn Problem, blocks: usize, held: &[usize]) {
         let mut unknown = vec![0u32; blocks];
         for &h in held {
             unknown[h] = HELD;
@@ -61,39 +68,58 @@ impl NormalEquations {
         let edges: Vec<_> = pairs.iter().copied().filter(is_free).collect();
         let graph = Graph::new(free as usize, &edges);
         let structure = Structure::new(&graph);
-        let h = pattern(&graph, &structure);
+        self.h = pattern(&graph, &structure, std::mem::take(&mut self.h.values));
         let slot = |(a, b): (u32, u32)| {
             if !is_free(&(a, b)) {
                 return NOWHERE;
             }
             let (a, b) = (structure.column_of[a as usize], structure.column_of[b as usize]);
-            Slot { block: h.find(a.max(b), a.min(b)), transposed: a < b }
+            Slot { block: self.h.find(a.max(b), a.min(b)), transposed: a < b }
         };
-        let slots = pairs.into_iter().map(slot).collect();
-        let mut block_of = vec![0; free as usize];
-        let column_of: Vec<u32> =
-            unknown.iter().map(|&u| if u == HELD { HELD } else { structure.column_of[u as usize] }).collect();
-        for (block, &column) in column_of.iter().enumerate().filter(|c| *c.1 != HELD) {
-            block_of[column as usize] = block as u32;
+        self.slots.clear();
+        self.slots.extend(pairs.into_iter().map(slot));
+        let column = |&u: &u32| if u == HELD { HELD } else { structure.column_of[u as usize] };
+        self.column_of.clear();
+        self.column_of.extend(unknown.iter().map(column));
+        self.block_of.resize(free as usize, 0);
+        for (block, &column) in self.column_of.iter().enumerate().filter(|c| *c.1 != HELD) {
+            self.block_of[column as usize] = block as u32;
         }
-        let factor = Factor::new(&structure);
-        let gradient = vec![0.0; 3 * free as usize];
-        NormalEquations { column_of, block_of, structure, h, slots, gradient, delta: Vec::new(), factor }
+        self.factor.fit(&structure);
+        self.structure = structure;
+        self.gradient.resize(3 * free as usize, 0.0);
+        self.delta.resize(3 * free as usize, 0.0);
+        self.halfway = false;
+        self.filled = false;
     }
 
     /// Fills H and g at x; returns the cost there.
     pub fn assemble(&mut self, problem: &dyn Problem, x: &[Block]) -> f64 {
         self.h.values.fill([0.0; 9]);
+        self.filled = true;
+        self.sum::<true>(problem, x)
+    }
+
+    /// Fills g at x alone, for a factor that serves on; returns the cost there.
+    pub fn assemble_gradient(&mut self, problem: &dyn Problem, x: &[Block]) -> f64 {
+        self.filled = false;
+        self.sum::<false>(problem, x)
+    }
+
+    fn sum<const H: bool>(&mut self, problem: &dyn Problem, x: &[Block]) -> f64 {
+        self.halfway = false;
         self.gradient.fill(0.0);
+        let mut turns = std::mem::take(&mut self.turns);
+        problem.turns(x, &mut turns);
         let mut slot = 0;
         let mut cost = 0.0;
         let mut at = Linearization::default();
         let mut pair = PairQuadratic::default();
         for term in 0..problem.terms() {
-            if problem.pair_quadratic(term, x, &mut pair) {
+            if problem.pair_quadratic(term, x, &turns, &mut pair) {
                 let loss = problem.loss_of(term);
                 cost += loss.rho(pair.squared_norm);
-                self.add_pair(&pair, loss.weight(pair.squared_norm), self.slots[slot]);
+                self.add_pair::<H>(&pair, loss.weight(pair.squared_norm), slot);
                 slot += 1;
                 continue;
             }
@@ -101,15 +127,22 @@ impl NormalEquations {
             problem.linearize(term, x, &mut at);
             let (loss, s) = (problem.loss_of(term), at.residual.norm_squared());
             cost += loss.rho(s);
-            slot = self.add_term(&at, loss.weight(s), slot);
+            slot = self.add_term::<H>(&at, loss.weight(s), slot);
         }
+        self.turns = turns;
         0.5 * cost
     }
 
-    fn add_pair(&mut self, pair: &PairQuadratic, w: f64, slot: Slot) {
+    fn add_pair<const H: bool>(&mut self, pair: &PairQuadratic, w: f64, slot: usize) {
         for side in 0..2 {
             let column = self.column_of[pair.blocks[side]];
             if column == HELD {
+                continue;
+            }
+            for (g, p) in self.gradient[3 * column as usize..].iter_mut().zip(pair.gradient[side]) {
+                *g += w * p;
+            }
+            if !H {
                 continue;
             }
             let h = &mut self.h.values[self.h.starts[column as usize] as usize];
@@ -121,10 +154,11 @@ impl NormalEquations {
             h[4] += w * yy;
             h[5] += w * yt;
             h[8] += w * tt;
-            for (g, p) in self.gradient[3 * column as usize..].iter_mut().zip(pair.gradient[side]) {
-                *g += w * p;
-            }
         }
+        if !H {
+            return;
+        }
+        let slot = self.slots[slot];
         if slot.block != HELD {
             // `cross` is J₀ᵀJ₁, column-major; below the diagonal lies the row of the later column.
             let h = &mut self.h.values[slot.block as usize];
@@ -141,23 +175,28 @@ impl NormalEquations {
         }
     }
 
-    fn add_term(&mut self, at: &Linearization, w: f64, mut slot: usize) -> usize {
+    fn add_term<const H: bool>(&mut self, at: &Linearization, w: f64, mut slot: usize) -> usize {
         for (k, &(block, j)) in at.jacobians.iter().enumerate() {
             let jt = j.transpose() * w;
             let column = self.column_of[block];
             if column != HELD {
-                let diagonal = self.h.starts[column as usize];
-                self.add_block(Slot { block: diagonal, transposed: false }, &(jt * j));
                 let g = jt * at.residual;
                 for (sum, g) in self.gradient[3 * column as usize..].iter_mut().zip(g.iter()) {
                     *sum += g;
                 }
+                if H {
+                    let diagonal = self.h.starts[column as usize];
+                    self.add_block(Slot { block: diagonal, transposed: false }, &(jt * j));
+                }
             }
-            for (_, other) in &at.jacobians[k + 1..] {
-                self.add_block(self.slots[slot], &(jt * other));
-                slot += 1;
+            if H {
+                for (_, other) in &at.jacobians[k + 1..] {
+                    self.add_block(self.slots[slot], &(jt * other));
+                    slot += 1;
+                }
             }
         }
+        // Without H the slots are not looked at.
         slot
     }
 
@@ -171,17 +210,37 @@ impl NormalEquations {
         }
     }
 
-    /// Factors H + λD.
-    pub fn factor(&mut self, damping: f64) {
-        self.factor.compute(&self.structure, &self.h, damping);
+    /// Factors H + λD; g is that of `x`.
+    pub fn factor(&mut self, problem: &dyn Problem, x: &[Block], damping: f64) {
+        if !self.filled {
+            self.assemble(problem, x);
+        }
+        self.negate_gradient();
+        self.factor.compute(&self.structure, &self.h, damping, &mut self.delta);
+        self.halfway = true;
+    }
+
+    /// Factors H anew in these supernodes alone.
+    pub fn factor_changed(&mut self, changed: &[bool]) {
+        self.factor.compute_changed(&self.structure, &self.h, changed);
+        self.halfway = false;
     }
 
     /// Puts δ with LLᵀδ = −g for the factor at hand into `delta`; false if it is not finite.
     pub fn step(&mut self) -> bool {
-        self.delta.clear();
-        self.delta.extend(self.gradient.iter().map(|g| -g));
-        self.factor.solve(&self.structure, &mut self.delta);
+        if std::mem::take(&mut self.halfway) {
+            self.factor.solve_upper(&self.structure, &mut self.delta);
+        } else {
+            self.negate_gradient();
+            self.factor.solve(&self.structure, &mut self.delta);
+        }
         self.delta.iter().all(|d| d.is_finite())
+    }
+
+    fn negate_gradient(&mut self) {
+        for (d, g) in self.delta.iter_mut().zip(&self.gradient) {
+            *d = -g;
+        }
     }
 
     /// Largest entry of `delta`.
@@ -227,14 +286,14 @@ fn largest(v: &[f64]) -> f64 {
     v.iter().fold(0.0, |m, d| m.max(d.abs()))
 }
 
-/// The blocks of H for a structure, all zero.
-fn pattern(graph: &Graph, structure: &Structure) -> BlockMatrix {
+/// The blocks of H for a structure, in the memory of other ones.
+fn pattern(graph: &Graph, structure: &Structure, values: Vec<[f64; 9]>) -> BlockMatrix {
     let n = graph.nodes();
     let mut nodes = vec![0u32; n];
     for (node, &column) in structure.column_of.iter().enumerate() {
         nodes[column as usize] = node as u32;
     }
-    let mut h = BlockMatrix { starts: vec![0], ..BlockMatrix::default() };
+    let mut h = BlockMatrix { starts: vec![0], values, ..BlockMatrix::default() };
     for (column, &node) in nodes.iter().enumerate() {
         let from = h.rows.len();
         h.rows.push(column as u32);
@@ -259,6 +318,6 @@ fn pattern(graph: &Graph, structure: &Structure) -> BlockMatrix {
             h.places.push((base + place) as u32);
         }
     }
-    h.values = vec![[0.0; 9]; h.rows.len()];
+    h.values.resize(h.rows.len(), [0.0; 9]);
     h
 }

@@ -20,6 +20,14 @@ const KEPT_SHRINKS_TO: f64 = 0.2;
 /// Enough for the linear convergence under robust losses; without them two or three do.
 const MOST_STEPS: usize = 20;
 
+/// Steps of a kept factor shrink by about the same share each; a first one that shrinks by more is luck.
+const SHRINKS_AT_BEST_TO: f64 = 0.1;
+
+/// How long the step after this one will be, if they go on as they do.
+pub(super) fn next_step(step: f64, before: f64) -> f64 {
+    if before.is_finite() { step * (step / before).max(SHRINKS_AT_BEST_TO) } else { step }
+}
+
 /// Where the search ended: the point, memory for another, and the cost.
 pub(super) struct Place<'a> {
     pub x: &'a mut Vec<Block>,
@@ -28,7 +36,7 @@ pub(super) struct Place<'a> {
 }
 
 /// Takes Gauss–Newton steps from `at.x` while they are small, shrink, and leave the cost the same up to rounding, until
-/// one is at most `options.step`. `equations` are those there, with a factor of about there; `pending`: they hold the step
+/// the next would be at most `options.step`. `equations` are those there, with a factor of about there; `pending`: they hold the step
 /// that these give. All together cannot move anything by more than a millimetre.
 pub(super) fn polish(
     problem: &dyn Problem,
@@ -40,13 +48,14 @@ pub(super) fn polish(
     let mut done = Polish::default();
     let highest = *at.cost * (1.0 + options.relative_decrease);
     let mut longest = LONGEST_STEP;
+    let mut before = f64::INFINITY;
     let mut fresh = false;
     while done.steps < MOST_STEPS {
         let finite = std::mem::take(&mut pending) || equations.step();
         let step_max = equations.step_max();
         let target = if done.steps == 0 { LONGEST_STEP } else { longest * KEPT_SHRINKS_TO / SHRINKS_TO };
         if !fresh && (!finite || step_max > target.max(options.step)) {
-            equations.factor(0.0);
+            equations.factor(problem, at.x, 0.0);
             fresh = true;
             continue;
         }
@@ -55,22 +64,28 @@ pub(super) fn polish(
         }
         at.candidate.copy_from_slice(at.x);
         equations.advance(&mut at.candidate);
-        let candidate_cost = equations.assemble(problem, &at.candidate);
-        fresh = false;
+        let candidate_cost = equations.assemble_gradient(problem, &at.candidate);
         // Also false if it is not a number.
         let as_good = candidate_cost <= highest;
-        if !as_good {
-            equations.assemble(problem, at.x);
+        if !as_good && fresh {
             break;
         }
+        if !as_good {
+            equations.assemble(problem, at.x);
+            equations.factor(problem, at.x, 0.0);
+            fresh = true;
+            continue;
+        }
+        fresh = false;
         std::mem::swap(at.x, &mut at.candidate);
         *at.cost = candidate_cost;
         done.steps += 1;
         done.last_step = step_max;
-        if step_max <= options.step {
+        if next_step(step_max, before) <= options.step {
             done.settled = true;
             break;
         }
+        before = step_max;
         longest = SHRINKS_TO * step_max;
     }
     done

@@ -193,6 +193,17 @@ impl Structure {
     }
 }
 
+impl Structure {
+    /// Each in a place of its own, for good.
+    pub fn place_updates_apart(&mut self) {
+        self.update_len = 0;
+        for node in &mut self.supernodes {
+            node.update = (self.update_len, self.update_len);
+            self.update_len += node.below * node.below;
+        }
+    }
+}
+
 fn pad(n: usize) -> usize {
     n.next_multiple_of(4)
 }

@@ -115,6 +115,25 @@ fn a_step_is_that_of_a_dense_cholesky() {
 }
 
 #[test]
+fn what_a_solver_solved_before_leaves_no_trace() {
+    let dice = &mut Dice::new(5);
+    let mut reused = Solver::default();
+    for round in 0..50 {
+        let blocks = 1 + dice.index(80);
+        let problem = random(blocks, dice.index(3 * blocks), dice);
+        let held: Vec<usize> = (0..blocks).filter(|_| dice.index(8) == 0).collect();
+        let start: Vec<Block> = (0..blocks).map(|_| [0; 3].map(|_| dice.normal(1.0))).collect();
+        let (mut fresh, mut again) = (start.clone(), start);
+        let expected =
+            Solver::new(&problem, blocks, &held).minimize(&problem, &mut fresh, &Default::default());
+        reused.analyse(&problem, blocks, &held);
+        let report = reused.minimize(&problem, &mut again, &Default::default());
+        assert_eq!(fresh, again, "round {round}");
+        assert_eq!(expected.iterations, report.iterations, "round {round}");
+    }
+}
+
+#[test]
 fn a_linear_problem_is_solved_in_one_step() {
     let dice = &mut Dice::new(2);
     let problem = random(40, 80, dice);

@@ -1,3 +1,4 @@
 mod covariance;
 mod incremental;
 mod linear;
+mod reweighing;
