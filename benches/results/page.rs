@@ -13,7 +13,7 @@ const AIMS: [&str; 7] = [
     "slip in the chain",
     "worst moment of the worst seed",
     "100,000 poses: CPU time of one correction",
-    "median time of its joint optimisation",
+    "3,100 poses: median time of",
     "pose by pose: CPU time",
 ];
 
