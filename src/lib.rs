@@ -32,5 +32,7 @@ pub mod scan_match;
 #[cfg(feature = "serve")]
 pub mod serve;
 pub mod session;
+pub mod sights;
 pub mod simulate;
 pub mod solver;
+pub mod suggest;

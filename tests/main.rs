@@ -51,6 +51,8 @@ mod simulate;
 mod solver;
 /// Each stage of the pipeline by itself.
 mod stages;
+/// Where a correction would help most.
+mod suggest;
 /// Walks as maps, and maps as walks.
 mod walk_maps;
 /// Table 1's metric.

@@ -27,6 +27,7 @@ mod report;
 #[cfg(feature = "serve")]
 mod serve;
 mod simulate;
+mod suggest;
 mod tunables;
 mod usage;
 
@@ -55,6 +56,7 @@ enum Command {
     #[cfg(feature = "serve")]
     Serve(serve::Args),
     Replay(replay::Args),
+    Suggest(suggest::Args),
     Simulate(simulate::Args),
     Feetslam(feetslam::Args),
 }
@@ -110,6 +112,7 @@ fn run(command: Command) -> Result<Outcome> {
         #[cfg(feature = "serve")]
         Command::Serve(args) => serve::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Suggest(args) => suggest::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Feetslam(args) => feetslam::run(&args),
     }

@@ -42,6 +42,33 @@ pub(super) enum Outcome {
     TooFewInliers(f64),
 }
 
+impl Outcome {
+    /// The factor, if there is one.
+    pub fn accepted(&self) -> Option<AutomaticFactor> {
+        match self {
+            Outcome::Accepted(factor) => Some(*factor),
+            Outcome::TooFewInliers(_) => None,
+        }
+    }
+}
+
+/// Matches what was seen around j (in the frame of j) to the walls around i (in the frame of i), starting from the estimate
+/// alone: for two places next to each other on the path.
+pub(super) fn compare_near(
+    map: &SurfelMap,
+    query: &Cloud,
+    estimate: Pose2,
+    (i, j): (usize, usize),
+) -> Outcome {
+    judged(refine(map, query, estimate), query, 0.0, (i, j))
+}
+
+/// The shares of a query's points that fit the walls where the estimate puts them, and that have any wall near there.
+pub(super) fn standing(map: &SurfelMap, query: &Cloud, estimate: Pose2) -> (f64, f64) {
+    let as_it_is = align(map, query, estimate, None, Schedule { rounds: 0, ..REFINEMENT });
+    (as_it_is.inliers, as_it_is.covered)
+}
+
 /// Matches what was seen around j (in the frame of j) to the walls around i (in the frame of i).
 pub(super) fn compare(
     map: &SurfelMap,
@@ -64,18 +91,22 @@ pub(super) fn compare(
             matched = from_estimate;
         }
     }
+    judged(matched, query, found.ambiguity, (candidate.i, candidate.j))
+}
+
+/// What a match counts for.
+fn judged(matched: Match, query: &Cloud, ambiguity: f64, (i, j): (usize, usize)) -> Outcome {
     if matched.inliers < FEWEST_INLIERS {
         return Outcome::TooFewInliers(matched.inliers);
     }
-    let (hessian, weak_rad) = without_weak(matched.hessian, query.points.len(), found.ambiguity);
+    let (hessian, weak_rad) = without_weak(matched.hessian, query.points.len(), ambiguity);
     let Some(information) = information(hessian, matched.pose) else {
         return Outcome::TooFewInliers(0.0);
     };
-    let Candidate { i, j, .. } = *candidate;
     Outcome::Accepted(AutomaticFactor {
         factor: RelativeFactor { i, j, i_from_j: matched.pose, information },
         inliers: matched.inliers,
-        ambiguity: found.ambiguity,
+        ambiguity,
         weak_rad,
         chi2: 0.0,
     })

@@ -9,9 +9,11 @@
 mod candidates;
 mod matching;
 mod near_pass;
+mod neighbours;
 mod place;
 mod report;
 
+pub use neighbours::{Step, compare_step, compare_steps};
 pub use report::{NearPass, Report, Round};
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -89,7 +91,7 @@ pub fn reassociate(
         let Some(compared) = search(&work, joint_options, options, &told, cancelled)? else {
             return Ok(None);
         };
-        work.automatic_factors = compared.iter().filter_map(accepted).collect();
+        work.automatic_factors = compared.iter().filter_map(|(_, outcome)| outcome.accepted()).collect();
         for scale in LOSS_SCALES {
             solve(&mut work, joint_options, scale)?;
         }
@@ -118,16 +120,32 @@ pub fn reassociate(
     Ok(Some(report))
 }
 
+/// Two visits that were compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// Pose of the earlier visit.
+    pub i: usize,
+    /// Pose of the later visit.
+    pub j: usize,
+    /// Where the later was found, seen from the earlier; `None` if too few of its points fit anywhere.
+    pub matched: Option<AutomaticFactor>,
+}
+
+/// Compares all visits that come near each other, as far apart as the map's own uncertainty allows, on the map as it stands, and changes
+/// nothing. Ascending by (j, i).
+///
+/// # Errors
+/// As [`joint::optimize`].
+pub fn compare_visits(map: &SlamMap, joint_options: &joint::Options) -> Result<Vec<Comparison>> {
+    let found = search(map, joint_options, &Options::default(), &|_, _| (), &AtomicBool::new(false))?;
+    let comparison =
+        |(c, outcome): &(Candidate, Outcome)| Comparison { i: c.i, j: c.j, matched: outcome.accepted() };
+    Ok(found.iter().flatten().map(comparison).collect())
+}
+
 /// Number of automatic factors that disagree with the rest of the map.
 fn disagreeing(map: &SlamMap) -> usize {
     map.automatic_factors.iter().filter(|a| a.disagrees()).count()
-}
-
-fn accepted((_, outcome): &(Candidate, Outcome)) -> Option<AutomaticFactor> {
-    match outcome {
-        Outcome::Accepted(factor) => Some(*factor),
-        Outcome::TooFewInliers(_) => None,
-    }
 }
 
 /// Every candidate with what came of it, ascending by (j, i); `None` if cancelled.

@@ -12,6 +12,8 @@ const QUERY_HALF_M: f64 = 0.9;
 const MAP_HALF_M: f64 = 2.5;
 /// Points of a query, about.
 const QUERY_POINTS: usize = 400;
+/// … before it: of a robot that turns on the spot so many poses at most.
+const MOST_POSES: usize = 20;
 /// Points further than this from the place are left out, metres.
 const RADIUS_M: f64 = 25.0;
 
@@ -26,16 +28,32 @@ pub(super) struct Places<'a> {
 impl Places<'_> {
     /// The points around pose j, in its frame.
     pub fn query(&self, j: usize) -> Cloud {
-        let all: Vec<Surfel> = self.around(j, QUERY_HALF_M).flat_map(|k| self.seen(k, j)).collect();
-        let some = all.iter().step_by((all.len() / QUERY_POINTS).max(1));
-        let (points, normals) = some.map(|s| (s.mean, s.normal)).unzip();
-        Cloud { points, normals }
+        self.thinned(self.around(j, QUERY_HALF_M).flat_map(|k| self.seen(k, j)).collect())
     }
 
     /// The walls around pose i, in its frame.
     pub fn map(&self, i: usize) -> SurfelMap {
         let seen = self.around(i, MAP_HALF_M).flat_map(|k| self.seen(k, i));
         SurfelMap::new(seen.filter(|s| s.mean.norm_squared() < RADIUS_M * RADIUS_M).collect())
+    }
+
+    /// The walls that pose i and those before it saw, in its frame.
+    pub fn map_before(&self, i: usize) -> SurfelMap {
+        let from = self.path_m.partition_point(|&s| s < self.path_m[i] - MAP_HALF_M).min(i);
+        let from = from.max(i.saturating_sub(MOST_POSES));
+        let seen = (from..i + 1).flat_map(|k| self.seen(k, i));
+        SurfelMap::new(seen.filter(|s| s.mean.norm_squared() < RADIUS_M * RADIUS_M).collect())
+    }
+
+    /// The points of pose j alone, in its frame: those beside it may already lie behind what is wrong.
+    pub fn query_alone(&self, j: usize) -> Cloud {
+        self.thinned(self.seen(j, j).collect())
+    }
+
+    fn thinned(&self, all: Vec<Surfel>) -> Cloud {
+        let some = all.iter().step_by((all.len() / QUERY_POINTS).max(1));
+        let (points, normals) = some.map(|s| (s.mean, s.normal)).unzip();
+        Cloud { points, normals }
     }
 
     fn around(&self, pose: usize, half_m: f64) -> Range<usize> {

@@ -185,7 +185,7 @@ fn leave_each_out(
             feature.segment = joint::refit(feature, &map.observations, &without);
         }
         let noise = noise(factor, &map.observations, options);
-        let own = own_chi2(map, factor, &poses, options) - noise;
+        let own = joint::factor_chi2(map, &poses, factor, options) - noise;
         let strain = Strain {
             factor: k,
             id: factor.id.clone(),
@@ -222,13 +222,6 @@ fn solve(
     let mut poses = poses.to_vec();
     let report = joint::optimize(map, &mut poses, &mut factors, options)?;
     Ok((2.0 * report.final_cost, poses, factors))
-}
-
-/// χ² of a factor's own terms, its segments where they are best for the given poses.
-fn own_chi2(map: &SlamMap, factor: &HumanFactor, poses: &[Pose2], options: &joint::Options) -> f64 {
-    let mut alone = joint::build(map, poses, std::slice::from_ref(factor), options);
-    alone.relatives.clear();
-    alone.chi2()
 }
 
 /// How many things a mode ties.

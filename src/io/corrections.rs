@@ -205,6 +205,13 @@ pub(crate) fn to_json(correction: &Correction) -> Value {
     })
 }
 
+impl serde::Serialize for Correction {
+    /// As in a corrections file.
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        to_json(self).serialize(serializer)
+    }
+}
+
 /// One correction as its line of JSON.
 pub fn to_json_line(correction: &Correction) -> String {
     to_json(correction).to_string()

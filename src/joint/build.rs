@@ -140,3 +140,11 @@ fn add_paper_feature(
     problem.fits.push(FitTerm { segment, sightings, scale: weight.sqrt() / options.observation_sigma_m });
     segment
 }
+
+/// Σ‖r‖² of one human factor's terms R2–R4, its segments best for the given poses where the formulation lets
+/// them go: no ½, no loss.
+pub fn factor_chi2(map: &SlamMap, poses: &[Pose2], factor: &HumanFactor, options: &Options) -> f64 {
+    let mut alone = build(map, poses, std::slice::from_ref(factor), options);
+    alone.relatives.clear();
+    alone.chi2()
+}

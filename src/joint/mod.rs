@@ -26,7 +26,7 @@ mod uncertainty;
 mod validate;
 
 pub use backend::{BACK_ENDS, Backend};
-pub use build::build;
+pub use build::{build, factor_chi2};
 pub use graph::{GraphReport, optimize_graph};
 pub use growing::GrowingGraph;
 pub use initialise::Initialisation;

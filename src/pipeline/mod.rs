@@ -8,6 +8,7 @@ mod agreeing;
 mod closing;
 mod report;
 mod state;
+mod understood;
 
 pub use agreeing::Agreement;
 pub use report::{CorrectionReport, Stroke, Timings};
@@ -257,7 +258,7 @@ impl Corrector {
             return Proposal { state: None, report };
         }
         if let Some(factor) = factors.last() {
-            report.after(factor, factor_chi2(&self.map, &poses, factor, &self.options.joint));
+            report.after(factor, joint::factor_chi2(&self.map, &poses, factor, &self.options.joint));
         }
         report.timings.total_ms = milliseconds(start);
         let automatic_factors = judged(&self.map.automatic_factors, &poses);
@@ -340,13 +341,6 @@ fn judged(factors: &[AutomaticFactor], poses: &[Pose2]) -> Vec<AutomaticFactor> 
         AutomaticFactor { chi2, ..*a }
     };
     factors.iter().map(judge).collect()
-}
-
-/// Σ‖r‖² of one factor's terms R2–R4: no ½, no loss.
-fn factor_chi2(map: &SlamMap, poses: &[Pose2], factor: &HumanFactor, options: &joint::Options) -> f64 {
-    let mut alone = joint::build(map, poses, std::slice::from_ref(factor), options);
-    alone.relatives.clear();
-    alone.chi2()
 }
 
 fn ambiguous(mode: Mode) -> String {

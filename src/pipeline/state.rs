@@ -1,9 +1,10 @@
 //! What corrections change in a map, kept and put back; how well every factor is satisfied; and single strokes.
 
-use super::{Corrector, Options, factor_chi2};
+use super::{Corrector, Options};
 use crate::error::{Error, Result};
 use crate::geometry::{Pose2, Vec2};
 use crate::interpret::{self, Caught};
+use crate::joint;
 use crate::map::{AutomaticFactor, HumanFactor, Mode, SlamMap};
 
 /// All that a correction or a re-association changes in a map.
@@ -108,7 +109,7 @@ impl Corrector {
             mode: factor.mode,
             offset_m: factor.offset_m(),
             angle_rad: factor.angle_rad(),
-            chi2: factor_chi2(&self.map, &self.map.poses, factor, &self.options.joint),
+            chi2: joint::factor_chi2(&self.map, &self.map.poses, factor, &self.options.joint),
         };
         self.map.human_factors.iter().map(standing).collect()
     }

@@ -11,6 +11,7 @@ mod paper;
 mod refusals;
 mod report;
 mod streams;
+mod suggest;
 mod usage;
 mod walks;
 

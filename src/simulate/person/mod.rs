@@ -6,17 +6,14 @@
 //! mended where it is torn, and a slip across its whole length. Such a correction is insisted on, with the weight `INSISTING`:
 //! least squares would believe the chain. Then comes drift, what is farthest apart first. The person draws along the
 //! two pieces with some noise per coordinate, now and then on the wrong wall, and says colocation where both looks show the
-//! same corner, collinear on a plain wall, parallel where they share no wall. Pieces that are turned by nearly 90° or more
+//! same corner and are visibly displaced along the wall too, collinear else, parallel where they share no wall. Pieces that are turned by nearly 90° or more
 //! wait until another stroke has brought them nearer: a line has no direction, the tool would turn them the short way.
 //!
 //! [`repair`] is the person at work: look, draw, see what the strokes catch, let the map heal, look again, until nothing is
 //! visibly apart or the budget is spent. Strokes that catch something else than was meant (walls cross where a map is torn)
 //! are drawn elsewhere instead: the preview is free. The number of corrections is the human effort.
 
-mod chain;
-mod pieces;
 mod reference;
-mod sights;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -25,24 +22,15 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 pub use reference::Reference;
 
 use crate::error::{Error, Result};
-use crate::geometry::{Segment, Vec2, angle_diff};
+use crate::geometry::Vec2;
 use crate::map::{Correction, Mode, SlamMap, Stroke};
-use crate::pipeline::{self, CorrectionReport, Corrector};
-use chain::Chain;
-use sights::{Look, Sight, line_angle};
+use crate::pipeline::{CorrectionReport, Corrector};
+use crate::sights::{Chain, Look, Pieces, Sight};
 
 /// A disagreement of more than this many standard deviations of the chain is not drift but a fault.
 const FAULT_SIGMAS: f64 = 7.0;
 /// Weight of a correction that is insisted on.
 const INSISTING: f64 = 1e3;
-/// Pieces turned by more than this would be turned the wrong way, radians (80°).
-const FARTHEST_TURN_RAD: f64 = 1.4;
-/// A stroke was understood if it was snapped no farther than this: metres, radians.
-const SNAPPED: (f64, f64) = (0.15, 0.2);
-/// … and caught the pose that it was drawn from, or one so near in the chain.
-const NEAR_POSES: usize = 2;
-/// … and, where the chain is torn, no more than this share of poses from the other side of the tear.
-const STRAY: f64 = 0.1;
 
 /// How the person draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,32 +86,6 @@ pub struct Drawn {
     sight: usize,
 }
 
-impl Drawn {
-    /// True if the tool takes both strokes for the walls that they were drawn on.
-    fn is_understood(&self, preview: &CorrectionReport) -> bool {
-        let (Stroke::Pose { pose: i, .. }, Stroke::Pose { pose: j, .. }) =
-            (self.correction.a, self.correction.b)
-        else {
-            return false;
-        };
-        let is_torn = self.correction.weight > 1.0;
-        let meant = |stroke: &pipeline::Stroke, own: usize, other: usize| {
-            let Some(caught) = &stroke.caught else { return false };
-            let drawn = Segment::from_ends(stroke.drawn[0], stroke.drawn[1]);
-            let turn_rad = line_angle(caught.fit.segment.direction_rad - drawn.direction_rad);
-            let across_m = caught.fit.segment.along_across(drawn.centre).1;
-            let beyond = |pose: usize| if own < other { pose >= other } else { pose <= other };
-            let stray = caught.poses.iter().filter(|p| beyond(p.0)).count() as f64;
-            across_m.abs() <= SNAPPED.0
-                && turn_rad.abs() <= SNAPPED.1
-                && caught.poses.iter().any(|p| p.0.abs_diff(own) <= NEAR_POSES)
-                && (!is_torn || stray <= STRAY * caught.poses.len() as f64)
-        };
-        let [a, b] = &preview.strokes[..] else { return false };
-        meant(a, i, j) && meant(b, j, i)
-    }
-}
-
 /// Someone who knows the building.
 #[derive(Debug, Clone)]
 pub struct Person {
@@ -145,7 +107,7 @@ impl Person {
     /// [`Error::Input`] for settings out of range, or a reference that shares no stamp with the map.
     pub fn new(map: &SlamMap, reference: Reference, settings: &Settings) -> Result<Person> {
         settings.validate()?;
-        let mut pieces = sights::Pieces::new(&map.observations);
+        let mut pieces = Pieces::new(&map.observations);
         let pairs = reference.pairs(map)?;
         let sights: Vec<Sight> =
             pairs.into_iter().flat_map(|(pair, i_from_j)| pieces.sights(pair, i_from_j)).collect();
@@ -180,7 +142,7 @@ impl Person {
             if self.drawn[k] || self.unclear.contains(&k) {
                 continue;
             }
-            let Some((apart_m, surprise)) = disagreement(sight, map, &chain, self.known) else { continue };
+            let Some((apart_m, surprise)) = sight.disagreement(map, &chain, self.known) else { continue };
             let is_fault = surprise > FAULT_SIGMAS * FAULT_SIGMAS;
             let rank = if is_fault { surprise } else { apart_m };
             let is_worse = worst.is_none_or(|(fault, most, ..)| (is_fault, rank) > (fault, most));
@@ -192,9 +154,12 @@ impl Person {
         let sight = self.sights[k];
         let share: f64 = StandardUniform.sample(&mut self.random);
         let wrong = sight.wrong_b.filter(|_| share < self.settings.wrong);
+        // Whoever sees no displacement along the wall does not claim to know the place along it: no hand draws it to the centimetre.
+        let is_beside = sight.mode == Mode::Colocation && sight.along_m(map) < self.settings.visible_m;
+        let mode = if is_beside { Mode::Collinear } else { sight.mode };
         let correction = Correction {
             id: format!("p{}", self.strokes + 1),
-            mode: sight.mode,
+            mode,
             a: self.draw(sight.a),
             b: self.draw(wrong.unwrap_or(sight.b)),
             weight: if is_fault { INSISTING } else { 1.0 },
@@ -225,35 +190,6 @@ impl Person {
     }
 }
 
-/// How far two looks at one wall are apart on the map, metres, and the square of that in standard deviations: the chain's own and
-/// those of what is `known` (metres, radians). `None`: turned too far.
-fn disagreement(sight: &Sight, map: &SlamMap, chain: &Chain, known: (f64, f64)) -> Option<(f64, f64)> {
-    let [i, j] = [sight.a.pose, sight.b.pose].map(|pose| map.poses[pose].theta_rad);
-    if angle_diff(angle_diff(j, i), sight.heading_rad).abs() > FARTHEST_TURN_RAD {
-        return None;
-    }
-    let place = |look: &Look| look.ends.map(|p| map.poses[look.pose].transform_point(p));
-    let (a, b) = (place(&sight.a), place(&sight.b));
-    let [line_a, line_b] = [a, b].map(|[p, q]| Segment::from_ends(p, q));
-    let turn_rad = line_angle(line_b.direction_rad - line_a.direction_rad);
-    let (_, across_m) = line_a.along_across(line_b.centre);
-    let (offset_m, apart_m) = match sight.mode {
-        Mode::Colocation => {
-            let gaps = [(b[0] - a[0]).norm(), (b[1] - a[1]).norm()];
-            ((line_b.centre - line_a.centre).norm(), gaps[0].max(gaps[1]))
-        }
-        Mode::Collinear => {
-            let gaps = b.map(|end| line_a.along_across(end).1.abs());
-            (across_m.abs(), gaps[0].max(gaps[1]))
-        }
-        Mode::Parallel | Mode::Perpendicular => (0.0, turn_rad.sin().abs() * line_b.half_length_m),
-    };
-    let (position, heading) = chain.variances(sight.a.pose, sight.b.pose, line_b.centre);
-    let surprise =
-        offset_m.powi(2) / (position + known.0.powi(2)) + turn_rad.powi(2) / (heading + known.1.powi(2));
-    Some((apart_m, surprise))
-}
-
 /// The person at work on a map: what was drawn, and what became of it.
 ///
 /// # Errors
@@ -266,7 +202,7 @@ pub fn repair(
     let mut done = Vec::new();
     while done.len() < strokes {
         let Some(drawn) = person.look(corrector.map()) else { break };
-        let is_understood = drawn.is_understood(&corrector.preview(&drawn.correction)?);
+        let is_understood = corrector.preview(&drawn.correction)?.is_understood(&drawn.correction);
         person.remember(&drawn, is_understood);
         if !is_understood {
             continue;

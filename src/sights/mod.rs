@@ -1,11 +1,15 @@
-//! What a person could draw: two looks at one wall, by a reference that says where the two really lie.
+//! What can be drawn: two looks at one wall, given where one of the two poses really lies seen from the other.
 //!
-//! Nothing here depends on how the map is bent: strokes hang on poses, and where pose j really is seen from pose i is the
-//! reference's word. So all sights of a map are found once.
+//! Nothing here depends on how the map is bent: strokes hang on poses, and where pose j really is seen from pose i is
+//! somebody's word (a reference's, a scan match's). How far the two looks are apart on the map as it stands is [`Sight::disagreement`].
 
-use super::pieces;
-use crate::geometry::{Pose2, Segment, Vec2, wrap_angle};
-use crate::map::{Mode, Observations};
+mod chain;
+mod pieces;
+
+pub use chain::Chain;
+
+use crate::geometry::{Pose2, Segment, Vec2, angle_diff, wrap_angle};
+use crate::map::{Correction, Mode, Observations, SlamMap, Stroke};
 
 /// Two pieces are one wall within this: radians, and metres across.
 const SAME_WALL: (f64, f64) = (0.07, 0.12);
@@ -15,6 +19,8 @@ const SHORTEST_M: f64 = 1.0;
 const SAME_END_M: f64 = 0.15;
 /// Walls of a building that differ by less than this are parallel, radians.
 const PARALLEL_RAD: f64 = 0.03;
+/// Pieces turned by more than this would be turned the wrong way, radians (80°).
+const FARTHEST_TURN_RAD: f64 = 1.4;
 /// A wall that can be taken for another: as parallel as this, radians …
 const ALIKE_RAD: f64 = 0.35;
 /// … and at least so far beside it, metres.
@@ -22,16 +28,21 @@ const BESIDE_M: f64 = 0.3;
 
 /// A stroke without noise: the robot frame of a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Look {
+pub struct Look {
+    /// Index of the pose.
     pub pose: usize,
+    /// End points.
     pub ends: [Vec2; 2],
 }
 
 /// Two looks and how they relate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sight {
+pub struct Sight {
+    /// Colocation where both looks show the same corner, collinear on a plain wall, parallel where they share no wall.
     pub mode: Mode,
+    /// Seen from pose i.
     pub a: Look,
+    /// Seen from pose j.
     pub b: Look,
     /// How pose b is truly turned against pose a, radians.
     pub heading_rad: f64,
@@ -39,13 +50,59 @@ pub(super) struct Sight {
     pub wrong_b: Option<Look>,
 }
 
+impl Sight {
+    /// The same as a correction without noise, under a name.
+    pub fn correction(&self, id: String, weight: f64) -> Correction {
+        let [a, b] = [self.a, self.b].map(|look| Stroke::Pose { pose: look.pose, points: look.ends });
+        Correction { id, mode: self.mode, a, b, weight, enabled: true }
+    }
+
+    /// How far the two looks are displaced along their wall on the map, metres.
+    pub fn along_m(&self, map: &SlamMap) -> f64 {
+        let place = |look: &Look| look.ends.map(|p| map.poses[look.pose].transform_point(p));
+        let [[p, q], [r, s]] = [&self.a, &self.b].map(place);
+        Segment::from_ends(p, q).along_across((r + s) / 2.0).0.abs()
+    }
+
+    /// How far the two looks are apart on the map, metres, and the square of that in standard deviations: the chain's own and
+    /// those of what is `known` of where they lie (metres, radians). `None`: they are turned so far against each other (80°) that
+    /// a correction would turn them the wrong way: a line has no direction.
+    pub fn disagreement(&self, map: &SlamMap, chain: &Chain, known: (f64, f64)) -> Option<(f64, f64)> {
+        let [i, j] = [self.a.pose, self.b.pose].map(|pose| map.poses[pose].theta_rad);
+        if angle_diff(angle_diff(j, i), self.heading_rad).abs() > FARTHEST_TURN_RAD {
+            return None;
+        }
+        let place = |look: &Look| look.ends.map(|p| map.poses[look.pose].transform_point(p));
+        let (a, b) = (place(&self.a), place(&self.b));
+        let [line_a, line_b] = [a, b].map(|[p, q]| Segment::from_ends(p, q));
+        let turn_rad = line_angle(line_b.direction_rad - line_a.direction_rad);
+        let (_, across_m) = line_a.along_across(line_b.centre);
+        let (offset_m, apart_m) = match self.mode {
+            Mode::Colocation => {
+                let gaps = [(b[0] - a[0]).norm(), (b[1] - a[1]).norm()];
+                ((line_b.centre - line_a.centre).norm(), gaps[0].max(gaps[1]))
+            }
+            Mode::Collinear => {
+                let gaps = b.map(|end| line_a.along_across(end).1.abs());
+                (across_m.abs(), gaps[0].max(gaps[1]))
+            }
+            Mode::Parallel | Mode::Perpendicular => (0.0, turn_rad.sin().abs() * line_b.half_length_m),
+        };
+        let (position, heading) = chain.variances(self.a.pose, self.b.pose, line_b.centre);
+        let surprise =
+            offset_m.powi(2) / (position + known.0.powi(2)) + turn_rad.powi(2) / (heading + known.1.powi(2));
+        Some((apart_m, surprise))
+    }
+}
+
 /// Pieces of wall by pose, found when first asked for.
-pub(super) struct Pieces<'a> {
+pub struct Pieces<'a> {
     observations: &'a Observations,
     by_pose: Vec<Option<Vec<Segment>>>,
 }
 
 impl<'a> Pieces<'a> {
+    /// Of a map.
     pub fn new(observations: &'a Observations) -> Self {
         let poses = observations.starts.len().saturating_sub(1);
         Pieces { observations, by_pose: vec![None; poses] }
@@ -128,6 +185,6 @@ fn gap_m(wall: &Segment, other: &Segment) -> f64 {
 }
 
 /// An angle between lines: in (−π/2, π/2].
-pub(super) fn line_angle(angle_rad: f64) -> f64 {
+pub fn line_angle(angle_rad: f64) -> f64 {
     wrap_angle(2.0 * angle_rad) / 2.0
 }

@@ -7,7 +7,7 @@ use crate::map::SlamMap;
 const UNKNOWN: (f64, f64) = (1.0, 1.0);
 
 /// Sums over the steps before each pose, so that any stretch costs one subtraction.
-pub(super) struct Chain {
+pub struct Chain {
     sums: Vec<Sum>,
 }
 
@@ -22,6 +22,7 @@ struct Sum {
 }
 
 impl Chain {
+    /// Of a map as it stands.
     pub fn new(map: &SlamMap) -> Chain {
         let mut steps = vec![None; map.poses.len().saturating_sub(1)];
         for factor in map.relative_factors.iter().filter(|f| f.i.abs_diff(f.j) == 1) {
