@@ -31,8 +31,7 @@ pub fn section() -> Result<Section> {
     let mut section = Section { title: "Damage and human effort", name: "effort", ..Section::default() };
     section.body = INTRODUCTION.replace("{SEEDS}", &SEEDS.to_string());
     let aces = Aces::read()?;
-    let good_m = damages(&mut section, &aces)?;
-    wrong_walls(&mut section, &aces, good_m)?;
+    damages(&mut section, &aces)?;
     worlds(&mut section)?;
     Ok(section)
 }
@@ -41,7 +40,7 @@ pub fn section() -> Result<Section> {
 type Courses = (Vec<f64>, [f64; 2]);
 
 /// Error after 0, 1, … strokes of a person; where the person has stopped, the last one again.
-fn course(
+pub fn course(
     map: &SlamMap,
     reference: Reference,
     seed: u64,
@@ -90,13 +89,13 @@ fn effort(errors_m: &[f64], good_m: f64) -> f64 {
     errors_m.iter().rposition(|&e| e > good_m).map_or(0.0, |k| (k + 1) as f64)
 }
 
-fn scan_matched(log: &RawLog) -> Result<SlamMap> {
+pub fn scan_matched(log: &RawLog) -> Result<SlamMap> {
     let progress = |_| {};
     let chain = Chain::ScanMatch { progress: &progress };
     Ok(front_end::build(log, chain, &front_end::Options::for_scan_matching())?.0)
 }
 
-fn relation_error_m(map: &SlamMap, relations: &[Relation]) -> f64 {
+pub fn relation_error_m(map: &SlamMap, relations: &[Relation]) -> f64 {
     let errors = metrics::relation_errors(&map.trajectory(), relations, metrics::DEFAULT_TOLERANCE_S);
     errors.translation_mean_m.unwrap_or(f64::NAN)
 }
@@ -117,8 +116,8 @@ impl Aces {
     }
 }
 
-/// The log damaged, or the chain. Returns the undamaged error after the usual strokes.
-fn damages(section: &mut Section, aces: &Aces) -> Result<f64> {
+/// The log damaged, or the chain.
+fn damages(section: &mut Section, aces: &Aces) -> Result<()> {
     let Aces { log, relations, chain } = aces;
     let error_m = |map: &SlamMap| relation_error_m(map, relations);
     let reference = Reference::Relations(relations);
@@ -180,69 +179,6 @@ fn damages(section: &mut Section, aces: &Aces) -> Result<f64> {
     }
     section.claims.extend(claims);
     section.body.push('\n');
-    Ok(good_m)
-}
-
-/// One of five strokes on the wrong wall: what it costs, and what is left if somebody finds it and takes it out.
-fn wrong_walls(section: &mut Section, aces: &Aces, good_m: f64) -> Result<()> {
-    const STROKES: u64 = 5;
-    let Aces { relations, chain, .. } = aces;
-    let seeds: Vec<u64> = (1..=SEEDS).collect();
-    let results = runs::parallel(&seeds, |&seed| {
-        let settings = Settings { seed, ..Settings::default() };
-        let mut person = Person::new(chain, Reference::Relations(relations), &settings)?;
-        let mut corrector = Corrector::new(chain.clone(), Options::default())?;
-        let mut drawn = Vec::new();
-        for stroke in 0..STROKES {
-            let is_due = stroke >= seed % STROKES && !drawn.iter().any(|d: &person::Drawn| d.is_wrong);
-            person.set_wrong(if is_due { 1.0 } else { 0.0 })?;
-            drawn.extend(person::repair(&mut corrector, &mut person, 1)?.into_iter().map(|d| d.0));
-        }
-        let right: Vec<_> = drawn.iter().filter(|d| !d.is_wrong).map(|d| d.correction.clone()).collect();
-        let (without, _) = runs::corrected(chain, &right, Options::default())?;
-        let wrong = (drawn.len() - right.len()) as f64;
-        let corrections: Vec<_> = drawn.iter().map(|d| d.correction.clone()).collect();
-        let mut judge = Corrector::new(chain.clone(), Options::default())?;
-        let agreement = judge.apply_agreeing(&corrections, false, &|_| ())?;
-        let is_named = agreement.set_aside.iter().any(|(k, _)| drawn[*k].is_wrong);
-        let falsely = agreement.set_aside.iter().filter(|(k, _)| !drawn[*k].is_wrong).count() as f64;
-        let errors_m = [corrector.map(), &without, judge.map()].map(|map| relation_error_m(map, relations));
-        Ok((errors_m, [wrong, f64::from(is_named), falsely]))
-    })?;
-    let [with, without, judged] = [0, 1, 2].map(|k| Sample::of(results.iter().map(|r| r.0[k])));
-    let [wrong, named, falsely] = [0, 1, 2].map(|k| results.iter().map(|r| r.1[k]).sum::<f64>());
-    let _ = write!(
-        section.body,
-        "**One of five strokes on the wrong wall** (a parallel one within sight; in {wrong:.0} of {SEEDS} runs there was one), ACES, the others as above: \
-         {} m (worst {:.3}) with it, {} m ({:.3}) once it is taken out by someone who knows. `hitl correct` sets it aside in {named:.0} of {wrong:.0} \
-         runs, and {falsely:.0} right strokes in all of them: {} m ({:.3}).\n\n",
-        with.with_interval(3),
-        with.largest(),
-        without.with_interval(3),
-        without.largest(),
-        judged.with_interval(3),
-        judged.largest()
-    );
-    let claim = |what: String, measured, bound| Claim {
-        what,
-        measured,
-        bound,
-        unit: "",
-        decimals: 2,
-        why: "set before it was built",
-    };
-    section.claims.extend([
-        claim(
-            "ACES, one of 5 strokes on the wrong wall: share of runs in which it is not named".into(),
-            1.0 - named / wrong,
-            0.1,
-        ),
-        claim(
-            format!("ACES, one of 5 strokes on the wrong wall: error over the undamaged one after {USUAL}"),
-            judged.mean() / good_m,
-            1.5,
-        ),
-    ]);
     Ok(())
 }
 

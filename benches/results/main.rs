@@ -8,6 +8,7 @@ mod along_line;
 mod backends;
 mod baseline;
 mod big;
+mod calibration;
 mod child;
 mod closures;
 mod cpu;
@@ -33,9 +34,12 @@ mod serve;
 mod solver_scale;
 mod solvers;
 mod stats;
+mod strokes;
+mod suggest;
 mod table1;
 mod time;
 mod weights;
+mod wrong_strokes;
 
 use std::time::Instant;
 
@@ -54,9 +58,13 @@ const SECTIONS: &[(&str, Measure)] = &[
     ("weights", weights::section),
     ("aces", aces::section),
     ("scan-match", scan_match::section),
+    ("calibration", calibration::section),
     ("intel", intel::section),
     ("closures", closures::section),
+    ("suggest", suggest::section),
+    ("strokes", strokes::section),
     ("effort", effort::section),
+    ("wrong-strokes", wrong_strokes::section),
     ("crosscheck", crosscheck::section),
     ("backends", backends::section),
     ("paper", formulations::section),

@@ -38,6 +38,10 @@ const LEAST_MENDED: f64 = 0.15;
 const MOST_TRIED: usize = 24;
 /// A correction must lessen the mean misfit by so much of what is visible, as a share.
 const LEAST_GAIN: f64 = 0.02;
+/// A match alone is believed if it is no farther than this from where the map has it, metres; …
+const FARTHEST_ALONE_M: f64 = 0.5;
+/// … else other places must gain this share of what its own place gains.
+const LEAST_OTHERS: f64 = 0.2;
 /// Searches for visits, each on the map as suggested so far.
 const MOST_SEARCHES: usize = 3;
 
@@ -161,7 +165,8 @@ impl Search<'_> {
     /// Compares all visits and suggests what brings them together; false if there was nothing to suggest.
     fn visits(&mut self) -> Result<bool> {
         let compared = closures::compare_visits(self.corrector.map(), &self.options.pipeline.joint)?;
-        let places: Vec<Place> = compared.iter().filter_map(|c| c.matched.as_ref()).map(Place::of).collect();
+        let places = compared.iter().filter_map(|c| c.matched.as_ref()).map(Place::of);
+        let places: Vec<Place> = places.filter(|p| p.is_telling(&self.corrector.map().poses)).collect();
         let mut pieces = Pieces::new(self.observations);
         let mut sights: Vec<Sight> = places.iter().flat_map(|p| p.sights(&mut pieces)).collect();
         let before = self.found.len();
@@ -170,7 +175,8 @@ impl Search<'_> {
             let misfit_m = mean_misfit_m(&places, poses);
             let candidates = self.candidates(&sights);
             let open = self.open(&places, poses);
-            let trials = self.tried(&candidates, &places, None)?;
+            let mut trials = self.tried(&candidates, &places, None)?;
+            trials.retain(|t| self.is_confirmed(t, &places, misfit_m));
             let least = misfit_m - LEAST_GAIN * self.options.visible_m;
             let Some(best) = best(trials, least) else { break };
             let poses = (best.sight.a.pose, best.sight.b.pose);
@@ -182,6 +188,18 @@ impl Search<'_> {
             self.take(best, kind, inliers, misfit_m, (open.saturating_sub(after), open), text);
         }
         Ok(self.found.len() > before)
+    }
+
+    /// False if nothing but its own match speaks for a correction, and that from afar: in a building that looks like itself
+    /// elsewhere, such a match is as likely wrong as right.
+    fn is_confirmed(&self, trial: &Trial, places: &[Place], misfit_m: f64) -> bool {
+        let Some(state) = &trial.proposal.state else { return false };
+        let poses = (trial.sight.a.pose, trial.sight.b.pose);
+        let own = places.iter().filter(|p| (p.i, p.j) == poses);
+        let own_m: f64 =
+            own.map(|p| p.misfit_m(&self.corrector.map().poses) - p.misfit_m(&state.poses)).sum();
+        let all_m = (misfit_m - trial.misfit_m) * places.len() as f64;
+        trial.apart_m < FARTHEST_ALONE_M || all_m - own_m >= LEAST_OTHERS * own_m.max(0.0)
     }
 
     /// Number of places that are visibly apart.

@@ -8,6 +8,8 @@ use crate::sights::{Pieces, Sight, line_angle};
 const METRES_PER_RADIAN: f64 = 0.5;
 /// A misfit counts for so much at most, metres: a wrong match must not outvote many right ones.
 const MOST_M: f64 = 1.0;
+/// A match that is blind along a corridor says something if it is no farther than this from where the map has it, metres.
+const FARTHEST_BLIND_M: f64 = 0.5;
 /// A wall whose normal is nearer than this to the direction in which a match is blind is not to be drawn on, radians.
 const BLIND_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
@@ -27,6 +29,11 @@ impl Place {
     pub fn of(matched: &AutomaticFactor) -> Place {
         let AutomaticFactor { factor, inliers, weak_rad, .. } = *matched;
         Place { i: factor.i, j: factor.j, i_from_j: factor.i_from_j, inliers, weak_rad }
+    }
+
+    /// False for a match that is blind along a corridor and far from where the map has it: any corridor looks like any other.
+    pub fn is_telling(&self, poses: &[Pose2]) -> bool {
+        self.weak_rad.is_none() || self.misfit_m(poses) < FARTHEST_BLIND_M
     }
 
     /// How far the poses are from the match, metres (a radian counts as half of one), 0..=1.

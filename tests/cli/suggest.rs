@@ -27,7 +27,7 @@ fn a_bad_suggest_is_one_line_and_nothing_is_written() {
     let bench = Bench::with_loop("suggest-bad");
     for (arguments, found) in [
         ("suggest absent", "absent: found no such file"),
-        ("suggest run/truth.tum -c x.jsonl", "run/truth.tum: found a trajectory"),
+        ("suggest run/truth.tum -c x.jsonl", "points: found none, expected laser points"),
         ("suggest run/map.npz --most 0 -c x.jsonl", "--most: found 0, expected 1 or more"),
         ("suggest run/map.npz --visible-m 0 -c x.jsonl", "--visible-m: found 0"),
         ("suggest run/map.npz --picture x.gif", "x.gif: found .gif, expected .png or .svg"),
