@@ -31,6 +31,8 @@ pub struct App {
     next: AtomicU64,
     /// Revision of the map that the pages were shown last.
     shown: AtomicU64,
+    /// True while someone looks for contradictions.
+    judging: AtomicBool,
     /// When the pages were told of progress last.
     told_at: Mutex<Option<Instant>>,
     news: watch::Sender<Arc<str>>,
@@ -71,6 +73,7 @@ impl App {
             works: Mutex::default(),
             next: AtomicU64::new(1),
             shown: AtomicU64::new(0),
+            judging: AtomicBool::new(false),
             told_at: Mutex::default(),
             news,
         }
@@ -120,14 +123,48 @@ impl App {
         if let Some(desk) = &*desk {
             self.show(desk);
         }
+        drop(desk);
+        self.judge();
         Ok(())
     }
 
     /// Tells every page what the map is now.
     pub fn show(&self, desk: &Desk) {
-        *lock(&self.view) = view::of(desk);
+        let mut new = view::of(desk);
+        let mut view = lock(&self.view);
+        view::inherit(&mut new, &view);
+        *view = new;
         self.shown.store(desk.revision, Ordering::Relaxed);
+        drop(view);
         self.tell();
+    }
+
+    /// Looks for corrections that contradict the rest, on a copy, and tells the pages: after every change, beside whatever
+    /// else goes on, until the map on screen is judged.
+    pub fn judge(&self) {
+        // Whoever is at it already sees to the new map, too.
+        while !self.judging.swap(true, Ordering::SeqCst) {
+            let copied = self.read().as_ref().map(|desk| {
+                let corrector = desk.session.solved().corrector();
+                let has_any = !corrector.map().human_factors.is_empty();
+                (desk.revision, has_any.then(|| corrector.map().clone()), corrector.options().joint)
+            });
+            let Some((revision, map, options)) = copied else {
+                self.judging.store(false, Ordering::SeqCst);
+                return;
+            };
+            let judged = map.map_or_else(|| Ok(Vec::new()), |map| view::contradictions_of(&map, &options));
+            let mut view = lock(&self.view);
+            if self.shows(revision) {
+                view::judge(&mut view, &judged);
+            }
+            drop(view);
+            self.tell();
+            self.judging.store(false, Ordering::SeqCst);
+            if self.shows(revision) {
+                return;
+            }
+        }
     }
 
     /// True while the map of that revision is on screen.

@@ -69,7 +69,7 @@ pub async fn preview(State(app): State<Arc<App>>, body: Bytes) -> Answer {
 
 /// `POST /api/commit`, as [`preview`]: the correction is on disk and on the map when this answers.
 pub async fn commit(State(app): State<Arc<App>>, body: Bytes) -> Answer {
-    aside(app, move |app| {
+    let changed = aside(Arc::clone(&app), move |app| {
         let fields = object(&body)?;
         let drawn = drawn(&fields)?;
         let start = Instant::now();
@@ -79,12 +79,14 @@ pub async fn commit(State(app): State<Arc<App>>, body: Bytes) -> Answer {
         let correction = desk.session.correction(&drawn);
         carry_out(app, desk, Event::Correct(correction, EventResult::default()), start)
     })
-    .await
+    .await;
+    tokio::task::spawn_blocking(move || app.judge());
+    changed
 }
 
 /// `POST /api/act {event, …}`: any other event, with the fields of a session's line; a stroke is in the world.
 pub async fn act(State(app): State<Arc<App>>, body: Bytes) -> Answer {
-    aside(app, move |app| {
+    let changed = aside(Arc::clone(&app), move |app| {
         let mut fields = object(&body)?;
         let name = match fields.remove("event") {
             Some(Value::String(name)) if name != "correct" => name,
@@ -102,7 +104,9 @@ pub async fn act(State(app): State<Arc<App>>, body: Bytes) -> Answer {
         };
         carry_out(app, desk, event, start)
     })
-    .await
+    .await;
+    tokio::task::spawn_blocking(move || app.judge());
+    changed
 }
 
 /// Lets an event happen, tells the pages, and answers with the new poses.

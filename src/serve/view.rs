@@ -14,12 +14,15 @@ use tokio_stream::wrappers::WatchStream;
 use super::app::{App, Desk};
 use super::wire::{Answer, ends_json};
 use crate::contradictions;
-use crate::joint::Backend;
+use crate::joint::{self, Backend};
 use crate::map::{AutomaticFactor, SlamMap};
-use crate::pipeline::{CorrectionReport, Corrector};
+use crate::pipeline::CorrectionReport;
+
+/// The corrections that contradict the rest, each with its reason; or why that is not known.
+pub type Judged = Result<Vec<(String, String)>, String>;
 
 /// Poses times corrections up to which contradictions are looked for after every change.
-const MOST_JUDGED: usize = 50_000;
+const MOST_JUDGED: usize = 200_000;
 
 /// `GET /api/state`: all of it.
 pub async fn state(State(app): State<Arc<App>>) -> Answer {
@@ -52,10 +55,6 @@ pub fn of(desk: &Desk) -> Value {
     let (history, state, solved) = (session.history(), session.state(), session.solved());
     let map = solved.corrector().map();
     let standings = solved.corrector().standings();
-    let (contradictions, unjudged) = match contradictions_of(solved.corrector()) {
-        Ok(found) => (found, None),
-        Err(reason) => (Vec::new(), Some(reason)),
-    };
     let corrections = solved.reports().map(|report| {
         let standing = standings.iter().rev().find(|s| s.id == report.id);
         let factor = map.human_factors.iter().rev().find(|f| f.id == report.id);
@@ -69,7 +68,7 @@ pub fn of(desk: &Desk) -> Value {
             "offset_before_m": report.offset_m[0], "angle_before_rad": report.angle_rad[0],
             "offset_m": standing.and_then(|s| s.offset_m), "angle_rad": standing.map(|s| s.angle_rad),
             "chi2": standing.map(|s| s.chi2),
-            "conflicts": contradictions.iter().filter(|c| c.0 == report.id).map(|c| &c.1).collect::<Vec<_>>(),
+            "conflicts": [],
             "poses": report.poses, "observations": report.observations,
             "segments": factor.map(|f| json!([turned(f.a.segment), turned(f.b.segment)])),
             "seen_from": factor.map(|f| json!([poses(&f.a), poses(&f.b)])),
@@ -85,7 +84,7 @@ pub fn of(desk: &Desk) -> Value {
         },
         "revision": desk.revision,
         "corrections": corrections.collect::<Vec<_>>(),
-        "unjudged": unjudged,
+        "unjudged": null,
         "matching": {
             "is_current": state.is_matched(), "factors": map.automatic_factors.len(), "refused": state.refused.len(),
             "disagreeing": disagreeing(map), "withdrawn": solved.matched().is_some_and(|m| m.report.withdrawn),
@@ -106,8 +105,7 @@ pub fn of(desk: &Desk) -> Value {
 ///
 /// # Errors
 /// Why that is not known, for a person: the map counts, not what is said of it.
-fn contradictions_of(corrector: &Corrector) -> Result<Vec<(String, String)>, String> {
-    let map = corrector.map();
+pub fn contradictions_of(map: &SlamMap, options: &joint::Options) -> Judged {
     if map.poses.len() * map.human_factors.len() > MOST_JUDGED {
         return Err(
             "not looked for contradictions: on a map of this size that takes too long after every change; \
@@ -115,9 +113,32 @@ fn contradictions_of(corrector: &Corrector) -> Result<Vec<(String, String)>, Str
                 .into(),
         );
     }
-    let found = contradictions::find(map, &corrector.options().joint)
+    let found = contradictions::find(map, options)
         .map_err(|error| format!("could not look for contradictions: {error}"))?;
     Ok(found.named.iter().map(|s| (s.id.clone(), format!("the rest: {}", s.reason()))).collect())
+}
+
+/// Puts down in a view which corrections contradict the rest.
+pub fn judge(view: &mut Value, judged: &Judged) {
+    view["unjudged"] = json!(judged.as_ref().err());
+    for correction in view["corrections"].as_array_mut().into_iter().flatten() {
+        let found = judged.iter().flatten().filter(|(id, _)| correction["id"] == id.as_str());
+        correction["conflicts"] = found.map(|(_, reason)| json!(reason)).collect();
+    }
+}
+
+/// Until the new map is judged, what was known of the old one stays.
+pub fn inherit(view: &mut Value, old: &Value) {
+    if view["map"]["number"] != old["map"]["number"] {
+        return;
+    }
+    view["unjudged"] = old["unjudged"].clone();
+    for correction in view["corrections"].as_array_mut().into_iter().flatten() {
+        let known = old["corrections"].as_array().into_iter().flatten().find(|c| c["id"] == correction["id"]);
+        if let Some(known) = known {
+            correction["conflicts"] = known["conflicts"].clone();
+        }
+    }
 }
 
 /// Number of automatic factors that disagree with the map as it stands.

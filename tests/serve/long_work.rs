@@ -1,5 +1,6 @@
 //! What takes long: it says how far it is, it can be given up over HTTP, and the page is answered meanwhile.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -43,6 +44,19 @@ fn given_up(served: &Served, what: &str, begun: bool, ask: impl FnOnce() -> Repl
 
 fn error(reply: &Reply) -> String {
     reply.json()["error"].as_str().unwrap().to_owned()
+}
+
+/// A session with the shipped corrections of ACES, changed like this.
+fn session_of_aces(map: &Path, change: impl FnOnce(&mut Vec<Value>)) -> String {
+    let sha256 = hitl_slam::session::Source::of(map).unwrap().sha256;
+    let header = json!({"event": "session", "version": "0.1.0", "map": "aces.clf.bz2", "sha256": sha256});
+    let lines = include_str!("../../data/aces.corrections.jsonl").lines();
+    let mut corrections: Vec<Value> = lines.map(|line| serde_json::from_str(line).unwrap()).collect();
+    change(&mut corrections);
+    for correction in &mut corrections {
+        (correction["event"], correction["at"]) = (json!("correct"), json!(1_790_000_000));
+    }
+    [&[header][..], &corrections].concat().iter().map(|line| format!("{line}\n")).collect()
 }
 
 #[test]
@@ -107,17 +121,47 @@ fn a_cross_check_is_given_up() {
     }
     let scratch = Scratch::new("serve-give-up-crosscheck");
     let map = scratch.file("aces.clf.bz2", ACES);
-    let sha256 = hitl_slam::session::Source::of(&map).unwrap().sha256;
-    let mut lines =
-        json!({"event": "session", "version": "0.1.0", "map": "aces.clf.bz2", "sha256": sha256}).to_string();
-    for line in include_str!("../../data/aces.corrections.jsonl").lines() {
-        let mut event: Value = serde_json::from_str(line).unwrap();
-        (event["event"], event["at"]) = (json!("correct"), json!(1_790_000_000));
-        lines += &format!("\n{event}");
-    }
-    scratch.file("session.jsonl", lines + "\n");
+    scratch.file("session.jsonl", session_of_aces(&map, |_| {}));
     let served = Served::start(&scratch.path(""), &["aces.clf.bz2"]);
     assert_eq!(served.state()["corrections"].as_array().unwrap().len(), 8);
     let reply = given_up(&served, "cross-checking", false, || served.post("/api/crosscheck", ""));
     assert_eq!((reply.status, error(&reply).as_str()), (409, "given up"));
+}
+
+#[test]
+fn a_correction_that_contradicts_the_rest_is_named_after_the_map_is_shown_and_until_it_is_gone() {
+    let scratch = Scratch::new("serve-judge");
+    let map = scratch.file("aces.clf.bz2", ACES);
+    scratch.file(
+        "session.jsonl",
+        session_of_aces(&map, |corrections| {
+            let north = corrections.iter().find(|c| c["id"] == "north-junction").unwrap()["b"].clone();
+            corrections.iter_mut().find(|c| c["id"] == "east-junction").unwrap()["b"] = north;
+        }),
+    );
+    let served = Served::start(&scratch.path(""), &["aces.clf.bz2"]);
+    let named = || -> Vec<String> {
+        let state = served.state();
+        assert_eq!(state["unjudged"], Value::Null);
+        let has = |c: &&Value| !c["conflicts"].as_array().unwrap().is_empty();
+        let all = state["corrections"].as_array().unwrap().clone();
+        all.iter().filter(has).filter_map(|c| c["id"].as_str().map(str::to_owned)).collect()
+    };
+    let becomes = |wanted: &[&str]| {
+        let start = Instant::now();
+        while named() != wanted {
+            assert!(start.elapsed() < Duration::from_secs(30), "{:?} instead of {wanted:?}", named());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    assert!(named().contains(&"east-junction".to_owned()), "{:?}", named());
+    let off = json!({"event": "enable", "id": "east-junction", "enabled": false});
+    assert_eq!(served.act(off).status, 200);
+    becomes(&[]);
+    assert_eq!(served.act(json!({"event": "undo"})).status, 200);
+    let start = Instant::now();
+    while !named().contains(&"east-junction".to_owned()) {
+        assert!(start.elapsed() < Duration::from_secs(30), "it is named again");
+        std::thread::sleep(Duration::from_millis(5));
+    }
 }
