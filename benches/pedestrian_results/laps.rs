@@ -7,22 +7,26 @@ use super::*;
 /// A lap of the ring takes so long, seconds: 108 m at 0.7 m every 0.6 s.
 const LAP_S: f64 = 108.0 / 0.7 * 0.6;
 
+/// Independent filters that share the 10,000 particles.
+const ISLANDS: usize = 10;
+
 pub fn chapter(text: &mut String) -> Vec<Claim> {
     text.push_str(
         "\n## FootSLAM with revisits: 30 minutes of laps, one walker\n\nA ring of corridors, 36 m × 18 m, about 19 laps, every third \
-         through the cross passage; heading drift of 4°/min (standard deviation) and a random walk of 0.2° a step. Errors at a true \
+         through the cross passage; heading drift of 4°/min (standard deviation) and a random walk of 0.2° a step. Ten \
+         filters of 1,000 particles, the most central path kept, the mean over all but those astray (`--islands 10`). Errors at a true \
          position every 7 m, in the truth's frame: nothing is aligned. The best particle's path is the path that its ancestors took, \
          as known at the end; the weighted mean is the one after each step, as a person would have seen it then, so before the first \
          lap closes it is dead reckoning. *Shape*: RMS of the best path after the best rigid fit; the rest is the frame, which only the first metres tell.\n\n\
          | seed | PDR, worst m | best particle: RMS m | worst m | worst after 3 laps, m | shape m | weighted mean: RMS m | worst m | worst after 3 laps, m |\n\
          |---|---|---|---|---|---|---|---|---|\n",
     );
-    let (mut best_rms, mut mean_rms, mut later, mut shapes, mut pdrs) =
-        (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, Vec::new());
+    let (mut best_rms, mut mean_rms, mut later, mut shapes) = (0.0_f64, 0.0_f64, [0.0_f64; 2], 0.0_f64);
     for seed in 1..=SEEDS {
         let settings = Settings { seed, minutes: 30.0, ..Settings::default() };
         let simulation = Scenario::Loops.run(&settings, &[]).expect("a scenario");
-        let outcome = run(&simulation, &Mode::FootSlam, &Options { seed, ..Options::default() });
+        let outcome =
+            run(&simulation, &Mode::FootSlam, &Options { seed, islands: ISLANDS, ..Options::default() });
         let (walk, estimate) = (&simulation.walks[0], &outcome.estimates[0]);
         let [best, mean, pdr] = errors(&simulation, walk, estimate, simulation.starts[0]);
         let three_laps = simulation.truth.partition_point(|t| t.stamp_s < 3.0 * LAP_S);
@@ -41,9 +45,8 @@ pub fn chapter(text: &mut String) -> Vec<Claim> {
         );
         best_rms = best_rms.max(rms(&best));
         mean_rms = mean_rms.max(rms(&mean));
-        later = later.max(most(&best[three_laps..])).max(most(&mean[three_laps..]));
+        later = [later[0].max(most(&best[three_laps..])), later[1].max(most(&mean[three_laps..]))];
         shapes = shapes.max(shape);
-        pdrs.push(most(&pdr));
         if seed == 1 {
             pictures(&simulation, &outcome);
         }
@@ -65,7 +68,20 @@ pub fn chapter(text: &mut String) -> Vec<Claim> {
             "m",
             "half a metre, one cell",
         ),
-        claim("30 minutes of laps: worst moment of the worst seed after 3 laps", later, 1.0, "m", issue),
+        claim(
+            "30 minutes of laps: weighted mean, worst moment of the worst seed after 3 laps",
+            later[1],
+            1.0,
+            "m",
+            issue,
+        ),
+        claim(
+            "30 minutes of laps: best particle, worst moment of the worst seed after 3 laps",
+            later[0],
+            1.0,
+            "m",
+            issue,
+        ),
     ]
 }
 

@@ -352,7 +352,12 @@ impl<'a> Group<'a> {
                 start.pose = self.latest[j].mean[from];
                 start.position_sigma_m = self.latest[j].sigma_m[from].max(start.position_sigma_m);
             }
-            let estimate = footslam::run(&Pass {
+            let run = if prior.is_none() && self.options.islands > 1 {
+                footslam::run_islands
+            } else {
+                footslam::run
+            };
+            let estimate = run(&Pass {
                 steps: &walk.steps[from..steps[j]],
                 start,
                 grid,

@@ -1,5 +1,7 @@
 //! FootSLAM: one walker, one pass over the walk, with or without a prior map.
 
+use rayon::prelude::*;
+
 use super::hex::HexGrid;
 use super::layout::Layout;
 use super::motion::measured;
@@ -64,6 +66,49 @@ impl Estimate {
         self.sigma_m.splice(0..0, earlier.sigma_m[..from].iter().copied());
         self
     }
+}
+
+/// Islands that are off by more than this many times as much as the most central one do not count for the mean.
+const ASTRAY: f64 = 2.0;
+
+/// Runs several filters that know nothing of each other, each with its share of the particles. The best path and the map
+/// are those of the filter whose best path is the most central: the least sum of distances to the others' paths. The
+/// mean is that of the particles of all filters but those astray.
+///
+/// When a long loop closes, few ancestors survive, however many particles there are; where the map lies and how it
+/// is turned is then as good as drawn once from what was possible. The most central of several draws is off by less
+/// than one, their mean by less still, and a filter that closed a loop wrongly is not chosen.
+pub fn run_islands(pass: &Pass) -> Estimate {
+    let islands = pass.options.islands;
+    let options = Options { particles: pass.options.particles / islands, islands: 1, ..*pass.options };
+    let island = |k: usize| run(&Pass { options: &options, key: pass.key.with(k as u64), ..*pass });
+    let mut estimates: Vec<Estimate> = (0..islands).into_par_iter().map(island).collect();
+    let apart =
+        |a: &Estimate, b: &Estimate| -> f64 { a.best.iter().zip(&b.best).map(|(p, q)| (p - q).norm()).sum() };
+    let offs: Vec<f64> = estimates.iter().map(|a| estimates.iter().map(|b| apart(a, b)).sum()).collect();
+    let central = (0..islands).min_by(|&a, &b| offs[a].total_cmp(&offs[b])).unwrap_or(0);
+    let counting: Vec<&Estimate> = estimates
+        .iter()
+        .zip(&offs)
+        .filter(|(_, off)| **off <= ASTRAY * offs[central])
+        .map(|(e, _)| e)
+        .collect();
+    let (mean, sigma_m) = (0..=pass.steps.len()).map(|k| pooled(&counting, k)).unzip();
+    Estimate { mean, sigma_m, ..estimates.swap_remove(central) }
+}
+
+/// Mean and standard deviation per axis of the particles of several filters after step k.
+fn pooled(estimates: &[&Estimate], k: usize) -> (Pose2, f64) {
+    let count = estimates.len() as f64;
+    let centre = estimates.iter().map(|e| e.mean[k].translation()).sum::<Vec2>() / count;
+    let (sin, cos) = estimates.iter().fold((0.0, 0.0), |(sin, cos), e| {
+        let (s, c) = e.mean[k].theta_rad.sin_cos();
+        (sin + s, cos + c)
+    });
+    let square =
+        |e: &&Estimate| e.sigma_m[k].powi(2) + (e.mean[k].translation() - centre).norm_squared() / 2.0;
+    let variance = estimates.iter().map(square).sum::<f64>() / count;
+    (Pose2::new(centre.x, centre.y, f64::atan2(sin, cos)), variance.sqrt())
 }
 
 /// Runs the filter over a walk.

@@ -92,6 +92,8 @@ impl Default for Start {
 pub struct Options {
     /// Particles per walker, 2..=1,000,000.
     pub particles: usize,
+    /// Independent filters that share the particles of a walker who is mapped alone, 1..=100: `footslam::run_islands`.
+    pub islands: usize,
     /// Decides all that is left to chance.
     pub seed: u64,
     /// Circumradius of the hexagons, metres, 0.2..=5.
@@ -124,6 +126,7 @@ impl Default for Options {
     fn default() -> Self {
         Options {
             particles: 10_000,
+            islands: 1,
             seed: 1,
             hex_radius_m: 0.5,
             grid: GridChoice::Aligned,
@@ -151,6 +154,8 @@ impl Options {
         let angle_rad = if let GridChoice::Fixed(angle) = self.grid { angle } else { 0.0 };
         for (name, value, low, high) in [
             ("particles", self.particles as f64, 2.0, 1e6),
+            ("islands", self.islands as f64, 1.0, 100.0),
+            ("particles of an island", (self.particles / self.islands.max(1)) as f64, 2.0, 1e6),
             ("hexagon radius", self.hex_radius_m, 0.2, 5.0),
             ("grid angle", angle_rad, -1e3, 1e3),
             ("alpha", self.alpha, 1e-6, 1e6),

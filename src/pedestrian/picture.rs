@@ -19,7 +19,7 @@ pub struct HexPicture<'a> {
     pub maps: Vec<(String, &'a TransitionMap)>,
     /// The floor plan, if there is one.
     pub walls: &'a [Segment],
-    /// Paths over every map, in the order of [`Colour::CYCLE`].
+    /// Paths over every map, in the order of [`Colour::CYCLE`], from its second on.
     pub paths: Vec<Vec<Vec2>>,
     /// Width, pixels.
     pub width_px: u32,
@@ -57,7 +57,8 @@ impl HexPicture<'_> {
                     items.push(Item::line(ends.to_vec(), 1.5, Colour::INK));
                 }
             }
-            for (path, colour) in self.paths.iter().zip(Colour::CYCLE.into_iter().cycle()) {
+            // The first colour of the cycle is that of the hexagons.
+            for (path, colour) in self.paths.iter().zip(Colour::CYCLE.into_iter().cycle().skip(1)) {
                 let points = path.iter().map(|&p| view.pixel(p)).collect();
                 items.push(Item::line(points, 1.6, colour.with_opacity(210)));
             }

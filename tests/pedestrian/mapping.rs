@@ -2,8 +2,11 @@
 //! full ones).
 
 use hitl_slam::geometry::Vec2;
+use hitl_slam::pedestrian::footslam::{self, Estimate, Pass};
+use hitl_slam::pedestrian::hex::HexGrid;
+use hitl_slam::pedestrian::random::Key;
 use hitl_slam::pedestrian::successive::{self, Ends, Mode, Outcome};
-use hitl_slam::pedestrian::{GridChoice, Options, Start, metrics};
+use hitl_slam::pedestrian::{GridChoice, Layout, Options, Start, metrics};
 use hitl_slam::simulate::walkers::{Scenario, Settings, Simulation};
 
 fn rounds() -> Mode {
@@ -88,18 +91,62 @@ fn one_walker_alone_in_fresh_ground_is_dead_reckoning() {
 
 #[test]
 fn laps_keep_the_error_bounded_where_dead_reckoning_drifts_away() {
-    let simulation = simulate(Scenario::Loops, Settings { minutes: 8.0, ..Settings::default() });
-    let options = Options { particles: 2_000, ..Options::default() };
-    let outcome = run(&simulation, &Mode::FootSlam, &options);
-    let start = Start { pose: simulation.starts[0], ..Start::default() };
-    let track: Vec<Vec2> = simulation.walks[0].track(start.pose).iter().map(|p| p.translation()).collect();
-    let worst = |path: &[Vec2]| {
-        metrics::errors_m(&simulation.walks[0], path, &simulation.truth).into_iter().fold(0.0, f64::max)
+    let (mut pdr_m, mut rms_m) = (0.0_f64, Vec::new());
+    for seed in 1..=3 {
+        let simulation = simulate(Scenario::Loops, Settings { seed, minutes: 8.0, ..Settings::default() });
+        let options = Options { particles: 2_000, islands: 4, seed, ..Options::default() };
+        let outcome = run(&simulation, &Mode::FootSlam, &options);
+        let walk = &simulation.walks[0];
+        let track: Vec<Vec2> = walk.track(simulation.starts[0]).iter().map(|p| p.translation()).collect();
+        let errors = |path: &[Vec2]| metrics::errors_m(walk, path, &simulation.truth);
+        pdr_m = pdr_m.max(errors(&track).into_iter().fold(0.0, f64::max));
+        let off = errors(&outcome.estimates[0].best);
+        rms_m.push((off.iter().map(|e| e * e).sum::<f64>() / off.len() as f64).sqrt());
+        let walls = metrics::crossed_wall_ratio(&outcome.total, &simulation.walls);
+        assert!(walls < 0.3, "seed {seed}: {walls}");
+    }
+    assert!(pdr_m > 7.0 && rms_m.iter().all(|&e| e < 1.5), "dead reckoning {pdr_m} m, FootSLAM {rms_m:?} m");
+}
+
+#[test]
+fn of_several_islands_the_most_central_path_is_kept_and_the_mean_is_that_of_all_but_those_astray() {
+    let simulation = simulate(Scenario::Loops, Settings { minutes: 3.0, ..Settings::default() });
+    let (walk, start) = (&simulation.walks[0], Start { pose: simulation.starts[0], ..Start::default() });
+    let grid = HexGrid { radius_m: 0.5, angle_rad: 0.1, origin: Vec2::zeros() };
+    let layout = Layout::around(&grid, walk.track(start.pose).iter().map(|p| p.translation())).unwrap();
+    let options = Options { particles: 1_000, islands: 5, ..Options::default() };
+    let pass = |options, key| Pass {
+        steps: &walk.steps,
+        start,
+        grid,
+        layout,
+        prior: None,
+        options,
+        key,
+        sampled_paths: 10,
+        parallel: true,
     };
-    let (pdr_m, error_m) = (worst(&track), worst(&outcome.estimates[0].best));
-    assert!(pdr_m > 7.0 && error_m < 4.0, "dead reckoning {pdr_m} m, FootSLAM {error_m} m");
-    let walls = metrics::crossed_wall_ratio(&outcome.total, &simulation.walls);
-    assert!(walls < 0.3, "{walls}");
+    let kept = footslam::run_islands(&pass(&options, Key::new(4)));
+    let share = Options { particles: 200, ..options };
+    let islands: Vec<Estimate> = (0..5).map(|k| footslam::run(&pass(&share, Key::new(4).with(k)))).collect();
+    let off = |a: &Estimate| -> f64 {
+        islands.iter().flat_map(|b| a.best.iter().zip(&b.best)).map(|(p, q)| (p - q).norm()).sum()
+    };
+    let offs: Vec<f64> = islands.iter().map(off).collect();
+    let central = (0..5).min_by(|&a, &b| offs[a].total_cmp(&offs[b])).unwrap();
+    assert_eq!(Estimate { mean: Vec::new(), sigma_m: Vec::new(), ..kept.clone() }, {
+        let island = islands[central].clone();
+        Estimate { mean: Vec::new(), sigma_m: Vec::new(), ..island }
+    });
+    let counting: Vec<&Estimate> =
+        islands.iter().zip(&offs).filter(|(_, o)| **o <= 2.0 * offs[central]).map(|(e, _)| e).collect();
+    for (k, pose) in kept.mean.iter().enumerate() {
+        let sum: Vec2 = counting.iter().map(|e| e.mean[k].translation()).sum();
+        assert!((pose.translation() - sum / counting.len() as f64).norm() < 1e-9);
+        let widest = counting.iter().map(|e| e.sigma_m[k]).fold(f64::INFINITY, f64::min);
+        assert!(kept.sigma_m[k] >= 0.999 * widest, "step {k}");
+    }
+    assert!(offs.iter().any(|&o| o > 1.1 * offs[central]), "{offs:?}: the test says little");
 }
 
 #[test]
@@ -156,6 +203,7 @@ fn options_out_of_range_are_named() {
         (Options { alpha: f64::NAN, ..small() }, "alpha"),
         (Options { hex_radius_m: 0.0, ..small() }, "hexagon radius"),
         (Options { iterations: 11, ..small() }, "iterations"),
+        (Options { particles: 6, islands: 4, ..small() }, "particles of an island: found 1, expected"),
     ] {
         let result = successive::run(
             &simulation.walks,

@@ -74,6 +74,10 @@ pub struct Filter {
     /// Particles per walker.
     #[arg(long, value_name = "N", default_value_t = Options::default().particles)]
     particles: usize,
+    /// Independent filters that share the particles of a walker who is mapped alone; the most central path is kept (10: for
+    /// long walks with revisits).
+    #[arg(long, value_name = "N", default_value_t = Options::default().islands)]
+    islands: usize,
     /// Decides all that is left to chance.
     #[arg(long, value_name = "N", default_value_t = Options::default().seed)]
     seed: u64,
@@ -121,6 +125,7 @@ impl Filter {
         noise.drift_start_rad = self.drift_deg.to_radians();
         Options {
             particles: self.particles,
+            islands: self.islands,
             seed: self.seed,
             hex_radius_m: self.hex_radius_m,
             grid: match self.grid {

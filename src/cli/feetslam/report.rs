@@ -32,6 +32,7 @@ pub struct Report {
 pub struct Settings {
     pub grid: &'static str,
     seed: u64,
+    islands: usize,
     hex_radius_m: f64,
     alpha: f64,
     norm: String,
@@ -110,6 +111,7 @@ impl Report {
             settings: Settings {
                 grid: "",
                 seed: options.seed,
+                islands: options.islands,
                 hex_radius_m: options.hex_radius_m,
                 alpha: options.alpha,
                 norm: format!("{:?}", options.norm).to_lowercase(),
