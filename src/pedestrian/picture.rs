@@ -8,6 +8,8 @@ use crate::render::{Anchor, Colour, Item, Picture, PixelRect, Viewport, WorldRec
 const SHADES: usize = 8;
 /// Hexagons with fewer expected crossings are not drawn.
 const FAINT: f64 = 0.03;
+/// How much darker than the faintest hexagons the darkest are where paths must be seen on them.
+const UNDER_PATHS: usize = 60;
 const TITLE_PX: f32 = 34.0;
 
 /// What to draw.
@@ -19,7 +21,7 @@ pub struct HexPicture<'a> {
     pub maps: Vec<(String, &'a TransitionMap)>,
     /// The floor plan, if there is one.
     pub walls: &'a [Segment],
-    /// Paths over every map, in the order of [`Colour::CYCLE`], from its second on.
+    /// Paths over every map, in the order of [`Colour::CYCLE`].
     pub paths: Vec<Vec<Vec2>>,
     /// Width, pixels.
     pub width_px: u32,
@@ -50,15 +52,14 @@ impl HexPicture<'_> {
                     None,
                     vec![Item::text([12.0, above + 24.0], name, 16.0, Anchor::Start, Colour::GREY)],
                 );
-                items.extend(hexagons(map, &view));
+                items.extend(hexagons(map, &view, if self.paths.is_empty() { 200 } else { UNDER_PATHS }));
             }
             for wall in self.walls {
                 if let Some(ends) = view.clipped(wall.ends(), 4.0) {
                     items.push(Item::line(ends.to_vec(), 1.5, Colour::INK));
                 }
             }
-            // The first colour of the cycle is that of the hexagons.
-            for (path, colour) in self.paths.iter().zip(Colour::CYCLE.into_iter().cycle().skip(1)) {
+            for (path, colour) in self.paths.iter().zip(Colour::CYCLE.into_iter().cycle()) {
                 let points = path.iter().map(|&p| view.pixel(p)).collect();
                 items.push(Item::line(points, 1.6, colour.with_opacity(210)));
             }
@@ -83,8 +84,8 @@ impl HexPicture<'_> {
     }
 }
 
-/// One item per shade, the darkest last.
-fn hexagons(map: &TransitionMap, view: &Viewport) -> Vec<Item> {
+/// One item per shade, the darkest (opacity 40 + `darkest`) last.
+fn hexagons(map: &TransitionMap, view: &Viewport, darkest: usize) -> Vec<Item> {
     let most = map.cells().map(|(_, sum)| sum).fold(0.0, f64::max);
     let mut outlines: Vec<Vec<Vec<[f32; 2]>>> = vec![Vec::new(); SHADES];
     for (cell, sum) in map.cells().filter(|(_, sum)| *sum > FAINT) {
@@ -93,7 +94,7 @@ fn hexagons(map: &TransitionMap, view: &Viewport) -> Vec<Item> {
         outlines[level].push(map.grid.corners(cell).map(|p| view.pixel(p)).to_vec());
     }
     let colour = |level: usize| {
-        let opacity = 40 + 200 * level / (SHADES - 1);
+        let opacity = 40 + darkest * level / (SHADES - 1);
         Colour::BLUE.with_opacity(opacity as u8)
     };
     let levels = outlines.into_iter().enumerate().filter(|(_, o)| !o.is_empty());

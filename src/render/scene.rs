@@ -39,8 +39,12 @@ impl Colour {
     /// A fifth distinct colour for plots.
     pub const PURPLE: Colour = Colour::rgb(0x7B3FA0);
 
+    /// A sixth distinct colour for plots.
+    pub const BROWN: Colour = Colour::rgb(0x6B4A2B);
+
     /// The order in which plots hand out colours.
-    pub const CYCLE: [Colour; 5] = [Colour::BLUE, Colour::ORANGE, Colour::GREEN, Colour::RED, Colour::PURPLE];
+    pub const CYCLE: [Colour; 6] =
+        [Colour::BLUE, Colour::ORANGE, Colour::GREEN, Colour::RED, Colour::PURPLE, Colour::BROWN];
 
     /// An opaque colour from 0xRRGGBB.
     pub const fn rgb(hex: u32) -> Self {
