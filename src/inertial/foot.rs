@@ -25,6 +25,8 @@ const CLIPPED: f64 = 400.0;
 const UNSEEN: [f64; 2] = [8.0, 0.5];
 /// The sensor's distance from where the resting foot still rolls, metres: with its rate, a speed that is no error.
 const LEVER_M: f64 = 0.03;
+/// By how much of its length a stride may be wrong for that (2.4 % short in the median of 16 measured walks).
+const ROLLS: f64 = 0.025;
 /// Samples that level the sensor, seconds of the first stance.
 const LEVEL_S: f64 = 1.0;
 
@@ -201,10 +203,16 @@ fn events(legs: &[Leg]) -> Vec<StepEvent> {
                 turn_rad: angle_diff(heading_rad, before),
             },
             rests_until_s: leg.rests_until_s,
-            covariance: turn * leg.covariance * turn.transpose(),
+            covariance: turn * leg.covariance * turn.transpose() + rolls(moved.x.hypot(moved.y)),
         }
     };
     legs.iter().map(event).collect()
+}
+
+/// What the filter does not know of: a resting foot rolls and the sensor with it, so that strides come out short.
+fn rolls(length_m: f64) -> Matrix3<f64> {
+    let variance = (ROLLS * length_m).powi(2);
+    Matrix3::from_diagonal(&Vector3::new(variance, variance, 0.0))
 }
 
 /// Where a good part of a step was not seen, the walker's other strides say what is likely: the step becomes the mean of

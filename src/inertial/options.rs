@@ -54,7 +54,7 @@ impl Default for Options {
             force_noise_mps2: 0.5,
             rate_noise_radps: 0.5f64.to_radians(),
             stance_speed_mps: 0.01,
-            weinberg_gain: 0.48,
+            weinberg_gain: 0.55,
             step_swing_mps2: 1.5,
         }
     }
