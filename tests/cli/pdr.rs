@@ -103,7 +103,7 @@ fn a_recording_that_is_none_is_refused_in_one_line_and_nothing_is_written() {
     bench.refused("feetslam pdr i.csv --mount leg -o walk.csv", &["leg"]);
     bench.scratch.file("i.csv", changed(|_, _| ()));
     bench.refused(
-        "feetslam pdr i.csv --weinberg-gain -1 -o walk.csv",
+        "feetslam pdr i.csv --weinberg-gain 9 -o walk.csv",
         &["Weinberg gain", "expected a number from 0.1 to 2"],
     );
 }
