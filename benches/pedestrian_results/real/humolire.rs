@@ -47,7 +47,7 @@ pub fn part(folder: &Path, text: &mut String) -> Vec<Claim> {
     };
     let _ = writeln!(
         text,
-        "\n## Hand-held phone, 17 walks of three people on one floor (HuMoLiRe)\n\nPDR with one step-length gain for all ({}); {} landmarks, each passed at a known time. Filter: {particles} particles, 2 iterations a round, rounds at 15, 30, 45, 60, 80, 100, 120, 150, 180 m and the end, heading noise 1°, drift 0.1°, position 5 cm, scale 5 % per 0.7 m. Start known: the door, ± 0.3 m and ± 5°. Start unknown: only the first walker's. Errors of the weighted mean over all landmarks of the walkers who take part.\n\n| | median, m | mean, m | 90 %, m | worst, m | crossings through walls | take part | s |\n|---|---|---|---|---|---|---|---|",
+        "\n## Hand-held phone, 17 walks of three people on one floor (HuMoLiRe)\n\nPDR with one step-length gain for all ({}); {} landmarks, each passed at a known time. Filter: {particles} particles, 2 iterations a round, rounds at 15, 30, 45, 60, 80, 100, 120, 150, 180 m and the end, heading noise 1°, drift 0.1°, position 5 cm, scale 5 % per 0.7 m. Start known: the door, ± 0.3 m and ± 5°. Start unknown: only the first walker's. Errors of the weighted mean over all landmarks of the walkers who take part. Crossings through walls: of the map, for PDR of its tracks drawn on the same hexagons.\n\n| | median, m | mean, m | 90 %, m | worst, m | crossings through walls | take part | s |\n|---|---|---|---|---|---|---|---|",
         Reckoning::default().weinberg_gain,
         floor.truth.len()
     );
@@ -105,7 +105,7 @@ pub fn part(folder: &Path, text: &mut String) -> Vec<Claim> {
     let factor = quantile(&reckoned, 0.5) / quantile(&runs[2].1, 0.5);
     let _ = writeln!(
         text,
-        "\nFeetSLAM in rounds: the median is {factor:.1} times smaller than PDR's. In one round it is no help: the walkers' drifts are alike (the same phone, the same way), their maps agree on the wrong place, and after 200 m too few particles are left where the building is. For comparison, straight lines from landmark to landmark cross walls in {:.1} % of their crossings: the plan and the landmarks do not fit better than that.\n\n![HuMoLiRe](img/pedestrian-humolire.png)",
+        "\nFeetSLAM in rounds: the median is {factor:.1} times smaller than PDR's. In one round it is no help: 200 m are too long for the particles that there are. For comparison, straight lines from landmark to landmark cross walls in {:.1} % of their crossings: plan and landmarks do not fit better than that.\n\n![HuMoLiRe](img/pedestrian-humolire.png)",
         100.0 * crossed_by_paths(&grid, &truly, &floor.walls)
     );
     let why = "better than dead reckoning, on the median";

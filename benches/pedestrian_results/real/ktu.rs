@@ -243,7 +243,7 @@ fn picture(tracks: [&[Vec2]; 3], truth: &[Vec2]) {
     for k in [2, 1, 0] {
         let colour = [Colour::BLUE, Colour::LIGHT, Colour::ORANGE][k];
         items.push(Item::line(tracks[k].iter().map(|p| view.pixel(*p)).collect(), 2.0, colour));
-        let left = 180.0 + 205.0 * k as f32;
+        let left = 195.0 + 205.0 * k as f32;
         items.push(Item::line(vec![[left, 58.0], [left + 24.0, 58.0]], 3.0, colour));
         items.push(Item::text([left + 30.0, 63.0], names[k], 15.0, Anchor::Start, Colour::INK));
     }
@@ -258,5 +258,5 @@ fn picture(tracks: [&[Vec2]; 3], truth: &[Vec2]) {
     let mut picture = Picture::new(SIZE.0, SIZE.1);
     picture.push(None, items);
     let path = crate::page::project("docs/img/pedestrian-foot.png");
-    io::atomic::write(path, |out| out.write_all(&picture.to_png())).expect("docs/img can be written");
+    io::atomic::write(&path, |out| out.write_all(&picture.to_png())).expect("docs/img can be written");
 }
