@@ -20,6 +20,7 @@ pub mod error;
 pub mod explicit;
 pub mod front_end;
 pub mod geometry;
+pub mod inertial;
 pub mod interpret;
 pub mod io;
 pub mod joint;

@@ -18,6 +18,8 @@ mod formats;
 mod front_end;
 /// The pairwise inconsistency against its definition.
 mod inconsistency;
+/// From raw inertial data to steps.
+mod inertial;
 /// The joint problem: factors, both back ends, the paper's literal form, malformed problems.
 mod joint;
 /// Laws of the numbers: SE(2), angles, scatter.

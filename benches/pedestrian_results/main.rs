@@ -17,6 +17,7 @@ mod meet;
 #[allow(dead_code)] // the other page's parts
 #[path = "../results/page.rs"]
 mod page;
+mod real;
 mod scale;
 
 use std::fmt::Write as _;
@@ -52,6 +53,9 @@ const CHAPTERS: &[(&str, Measure)] = &[
     }),
     ("live", live::chapter),
     ("meet", meet::chapter),
+    ("foot", real::foot),
+    ("foot-loops", real::foot_loops),
+    ("phone", real::phone),
     ("figures", figures::chapter),
 ];
 
@@ -147,7 +151,7 @@ fn main() {
 fn page_of(text: &str, sections: &[Section], seconds: f64) -> String {
     let mut page = format!(
         "# Results: pedestrians\n\nWritten by `make results` (= `cargo bench --bench pedestrian_results`) in {seconds:.0} s; edit nothing here. {} \
-         Every number is from simulated walks (`hitl feetslam simulate`), seeds 1–{SEEDS}, 10,000 particles unless a line says \
+         Every number outside the last chapters, on real walks, is from simulated walks (`hitl feetslam simulate`), seeds 1–{SEEDS}, 10,000 particles unless a line says \
          otherwise. Read docs/MATH-pedestrian.md, \"What the aligned grid is\", before quoting any of the small numbers: they come \
          from a straight-corridor prior and not from the map.\n\n",
         page::machine()

@@ -9,6 +9,7 @@ pub mod export;
 pub mod floor_plan;
 pub mod g2o;
 mod ids;
+pub mod imu;
 pub mod journal;
 pub mod native;
 pub mod occupancy;

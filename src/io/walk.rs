@@ -11,6 +11,7 @@ use super::text::{Shortest, number, show};
 use super::{Read, atomic};
 use crate::error::{Error, Result};
 use crate::geometry::Vec2;
+use crate::inertial::StepEvent;
 use crate::pedestrian::walk::LONGEST_STEP_M;
 use crate::pedestrian::{Step, TruthPoint, Walk};
 
@@ -19,9 +20,9 @@ pub const WALK_COLUMNS: [&str; 4] = ["time_s", "forward_m", "left_m", "turn_rad"
 /// The columns of a truth file.
 pub const TRUTH_COLUMNS: [&str; 4] = ["walker", "time_s", "x_m", "y_m"];
 /// What a column's name may end in.
-pub(super) const UNITS: [&str; 18] = [
-    "s", "ms", "m", "mm", "m2", "rad", "deg", "mps", "mps2", "radps", "degps", "hz", "pa", "hpa", "ut",
-    "degc", "v", "count",
+pub(super) const UNITS: [&str; 19] = [
+    "s", "ms", "m", "mm", "m2", "rad", "rad2", "deg", "mps", "mps2", "radps", "degps", "hz", "pa", "hpa",
+    "ut", "degc", "v", "count",
 ];
 
 /// Reads a walk.
@@ -129,6 +130,33 @@ pub fn write(path: &Path, walk: &Walk) -> Result<()> {
     atomic::write(path, |out| {
         writeln!(out, "{}", WALK_COLUMNS.join(","))?;
         walk.steps.iter().try_for_each(|s| write_row(out, &[s.time_s, s.forward_m, s.left_m, s.turn_rad]))
+    })
+}
+
+/// The columns after a walk's own in what [`write_events`] writes: until when the foot rested, and the covariance.
+pub const EVENT_COLUMNS: [&str; 7] = [
+    "rests_until_s",
+    "var_forward_m2",
+    "cov_forward_left_m2",
+    "var_left_m2",
+    "cov_forward_turn_m_rad",
+    "cov_left_turn_m_rad",
+    "var_turn_rad2",
+];
+
+/// Writes steps with how well each is known.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_events(path: &Path, events: &[StepEvent]) -> Result<()> {
+    atomic::write(path, |out| {
+        writeln!(out, "{},{}", WALK_COLUMNS.join(","), EVENT_COLUMNS.join(","))?;
+        events.iter().try_for_each(|event| {
+            let (s, c) = (&event.step, &event.covariance);
+            let own = [s.time_s, s.forward_m, s.left_m, s.turn_rad, event.rests_until_s];
+            let known = [c[(0, 0)], c[(0, 1)], c[(1, 1)], c[(0, 2)], c[(1, 2)], c[(2, 2)]];
+            write_row(out, &[own.as_slice(), &known].concat())
+        })
     })
 }
 

@@ -8,6 +8,7 @@ mod mutations;
 mod odd_maps;
 mod optimize;
 mod paper;
+mod pdr;
 mod refusals;
 mod report;
 mod streams;

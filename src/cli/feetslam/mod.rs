@@ -8,6 +8,7 @@ use super::Outcome;
 mod live;
 mod options;
 mod output;
+mod pdr;
 mod pictures;
 mod report;
 mod run;
@@ -27,6 +28,7 @@ pub struct Args {
 #[allow(clippy::large_enum_variant)] // one value per run of the program
 enum Command {
     Live(live::Args),
+    Pdr(pdr::Args),
     Run(run::Args),
     Simulate(simulate::Args),
 }
@@ -38,6 +40,7 @@ enum Command {
 pub fn run(args: &Args) -> Result<Outcome> {
     match &args.command {
         Command::Live(args) => live::run(args),
+        Command::Pdr(args) => pdr::run(args),
         Command::Run(args) => run::run(args),
         Command::Simulate(args) => simulate::run(args),
     }

@@ -114,6 +114,12 @@ pub struct Filter {
     /// Heading drift, degrees per 0.7 m.
     #[arg(long, value_name = "DEG", default_value_t = 0.05)]
     drift_deg: f64,
+    /// White position noise per axis, metres per 0.7 m.
+    #[arg(long, value_name = "M", default_value_t = Options::default().noise.position_m)]
+    position_noise_m: f64,
+    /// Scale error of a walk's steps, as a share.
+    #[arg(long, value_name = "SHARE", default_value_t = Options::default().noise.scale)]
+    scale_noise: f64,
 }
 
 impl Filter {
@@ -123,6 +129,8 @@ impl Filter {
         let mut noise = default.noise;
         noise.heading_rad = self.heading_noise_deg.to_radians();
         noise.drift_start_rad = self.drift_deg.to_radians();
+        noise.position_m = self.position_noise_m;
+        noise.scale = self.scale_noise;
         Options {
             particles: self.particles,
             islands: self.islands,

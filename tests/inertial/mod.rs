@@ -1,0 +1,6 @@
+mod filter;
+mod foot;
+mod hand;
+mod real;
+mod recordings;
+mod walker;
