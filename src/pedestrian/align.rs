@@ -23,7 +23,7 @@ use crate::error::Result;
 use crate::geometry::{Pose2, Vec2, wrap_angle};
 
 /// A walker's best place must have so much more evidence than the next one, as a share of its evidence against itself.
-/// Strangers reach 0.09 at most, walkers who share their ways 0.3 and more (docs/RESULTS-pedestrian.md).
+/// Not safe yet: some strangers reach it (docs/DECISIONS.md).
 const ENOUGH: f64 = 0.13;
 /// Rounds of estimating scales from paths that are consistent.
 const RESCALINGS: usize = 5;
