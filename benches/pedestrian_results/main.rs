@@ -3,7 +3,6 @@
 //! Ten seeds, 10,000 particles unless a line says otherwise. With names of chapters (`-- laps controls`) it measures these
 //! and prints them.
 
-mod buildings;
 mod controls;
 #[allow(dead_code)] // the other page's parts
 #[path = "../results/cpu.rs"]
@@ -19,6 +18,7 @@ mod meet;
 mod page;
 mod real;
 mod scale;
+mod unknown_starts;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -47,10 +47,7 @@ const CHAPTERS: &[(&str, Measure)] = &[
     ("controls", controls::chapter),
     ("laps", laps::chapter),
     ("maps", maps::chapter),
-    ("unknown-starts", |text| {
-        buildings::alignment(text);
-        Vec::new()
-    }),
+    ("unknown-starts", unknown_starts::chapter),
     ("live", live::chapter),
     ("meet", meet::chapter),
     ("foot", real::foot),

@@ -147,20 +147,32 @@ impl<'a> Group<'a> {
         self.walks.iter().zip(&self.starts).map(track).collect()
     }
 
-    /// Gives every walker another start; paths found so far move along.
+    /// Gives every walker another start; before the first round.
     pub fn move_starts(&mut self, poses: &[Pose2]) {
-        for ((start, estimate), &pose) in self.starts.iter_mut().zip(&mut self.latest).zip(poses) {
-            let new_from_old = pose.compose(start.pose.inverse());
+        for (start, &pose) in self.starts.iter_mut().zip(poses) {
             start.pose = pose;
-            estimate.sampled_paths.transform(new_from_old);
-            for p in &mut estimate.best {
-                *p = new_from_old.transform_point(*p);
-            }
-            for p in &mut estimate.mean {
-                *p = new_from_old.compose(*p);
-            }
         }
         self.tracks = self.dead_reckoning();
+    }
+
+    /// Takes paths that were found elsewhere (the start first, then one pose per step) as what is known so far.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if they do not fit on the grid.
+    pub fn begin_with(&mut self, paths: Vec<Vec<Pose2>>) -> Result<()> {
+        let (radius_m, origin) = (self.options.hex_radius_m, self.starts[0].pose.translation());
+        let grid = HexGrid { radius_m, angle_rad: 0.0, origin };
+        let known = |mean: Vec<Pose2>| -> Result<Estimate> {
+            let best: Vec<Vec2> = mean.iter().map(|p| p.translation()).collect();
+            let layout = Layout::around(&grid, best.iter().copied())?;
+            let mut map = TransitionMap::new(grid, layout);
+            map.add_path(&best, 1.0);
+            let sampled_paths = PathTree::from(best.as_slice());
+            let sigma_m = vec![0.0; mean.len()];
+            Ok(Estimate { best, mean, sigma_m, map, sampled_paths, log_evidence: 0.0, resamplings: 0 })
+        };
+        self.latest = paths.into_iter().map(known).collect::<Result<_>>()?;
+        Ok(())
     }
 
     /// Each walker's latest result; empty before the first round.

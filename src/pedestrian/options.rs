@@ -120,6 +120,8 @@ pub struct Options {
     pub own_map_in_prior: bool,
     /// In later rounds re-run only the last metres of each walk (Kaiser 2020); what was before stays as it was.
     pub window_m: Option<f64>,
+    /// Walks whose start frames are unknown may also have step lengths in other units: estimate a scale for each.
+    pub align_scale: bool,
 }
 
 impl Default for Options {
@@ -140,6 +142,7 @@ impl Default for Options {
             converged_below: 0.0,
             own_map_in_prior: false,
             window_m: None,
+            align_scale: false,
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Particles that survive have few ancestors, so hundreds of paths cost little more than one.
 
 use super::transition_map::TransitionMap;
-use crate::geometry::{Pose2, Vec2};
+use crate::geometry::Vec2;
 
 /// A position that `paths` of the paths went through.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,11 +103,6 @@ impl PathTree {
             };
             places = pair[1].iter().map(go).collect();
         }
-    }
-
-    /// Moves all paths.
-    pub fn transform(&mut self, motion: Pose2) {
-        self.layers.iter_mut().flatten().for_each(|n| n.position = motion.transform_point(n.position));
     }
 
     /// Puts a path before the first layer: all paths come from there.

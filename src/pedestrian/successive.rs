@@ -51,6 +51,8 @@ pub struct Outcome {
     pub fall_back: Option<FallBack>,
     /// Where each walker was taken to start.
     pub starts: Vec<Start>,
+    /// What each walk's lengths were multiplied by; 1 unless starts were unknown and scales asked for.
+    pub scales: Vec<f64>,
     /// Who gave to the total map; walkers whose start could not be found are mapped alone.
     pub takes_part: Vec<bool>,
 }
@@ -90,7 +92,7 @@ impl Ends {
 }
 
 /// How well the start of an aligned walker is known: metres per axis, radians.
-const ALIGNED_SIGMAS: (f64, f64) = (0.3, 0.035);
+const ALIGNED_SIGMAS: (f64, f64) = (0.2, 0.02);
 
 /// Runs a mode on walks that all start alike, or, if `unknown_starts`, anywhere: `start` is then the first walker's.
 ///
@@ -114,19 +116,32 @@ pub fn run(
             (options, ends.cuts(walks))
         }
     };
+    // Checks walks and options before the alignment takes its time.
     let mut group = Group::new(walks, start, options)?;
-    if unknown_starts {
-        let alignment = align::find_starts(walks, start, options)?;
+    let alignment = unknown_starts.then(|| align::find_starts(walks, start, options)).transpose()?;
+    let (scaled, mut scales): (Vec<Walk>, Vec<f64>);
+    scales = vec![1.0; walks.len()];
+    let mut first = 0;
+    if let Some(alignment) = alignment {
+        scaled = walks.iter().zip(&alignment.scales).map(|(walk, &s)| walk.scaled(s)).collect();
+        group = Group::new(&scaled, start, options)?;
         group.move_starts(&alignment.starts);
         for moved in &mut group.starts[1..] {
             (moved.position_sigma_m, moved.heading_sigma_rad) = ALIGNED_SIGMAS;
         }
         group.takes_part = alignment.placed;
         group.particle_steps += alignment.particle_steps;
+        scales = alignment.scales;
+        if *mode != Mode::FootSlam {
+            // The walks were mapped alone and together there: iterations go on from that.
+            group.begin_with(alignment.paths)?;
+            first = 1;
+        }
     }
     let (mut total, mut change, mut iterations) = (None, 1.0, 0);
     for (round, steps) in cuts.iter().enumerate() {
-        iterations = group.round(round, 0, steps, &mut |snapshot: &Snapshot| {
+        let first = if round == 0 { first } else { 0 };
+        iterations = group.round(round, first, steps, &mut |snapshot: &Snapshot| {
             change = snapshot.change;
             if round + 1 == cuts.len() {
                 total = Some(snapshot.total.clone());
@@ -141,6 +156,7 @@ pub fn run(
         change,
         particle_steps: group.particle_steps,
         fall_back: group.fall_back,
+        scales,
         takes_part: std::mem::take(&mut group.takes_part),
         starts: std::mem::take(&mut group.starts),
         estimates: group.into_latest(),

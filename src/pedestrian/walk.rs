@@ -80,6 +80,18 @@ impl Walk {
         poses
     }
 
+    /// The walk with all lengths multiplied by `factor`.
+    pub fn scaled(&self, factor: f64) -> Walk {
+        let scale = |s: &Step| Step { forward_m: s.forward_m * factor, left_m: s.left_m * factor, ..*s };
+        Walk { name: self.name.clone(), steps: self.steps.iter().map(scale).collect() }
+    }
+
+    /// The walk without a heading drift of so much per metre.
+    pub fn turned_back(&self, drift_rad_per_m: f64) -> Walk {
+        let turn = |s: &Step| Step { turn_rad: s.turn_rad - drift_rad_per_m * s.length_m(), ..*s };
+        Walk { name: self.name.clone(), steps: self.steps.iter().map(turn).collect() }
+    }
+
     /// Path length after each step, metres.
     pub fn lengths_m(&self) -> Vec<f64> {
         let mut sum = 0.0;

@@ -1,3 +1,4 @@
+mod align;
 mod files;
 mod filter;
 mod grid;

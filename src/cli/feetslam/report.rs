@@ -56,6 +56,7 @@ pub struct Walker {
     length_m: f64,
     takes_part: bool,
     start: [f64; 3],
+    scale: f64,
     resamplings: usize,
     standstills: Vec<Standstill>,
 }
@@ -176,7 +177,11 @@ fn walker(walk: &Walk, j: usize, outcome: &Outcome, truth: &[TruthPoint]) -> Wal
     };
     let mean = positions(&estimate.mean);
     let error = |path: &[Vec2]| metrics::errors_m(walk, path, truth);
-    let errors = [error(&estimate.best), error(&mean), error(&positions(&walk.track(start)))];
+    let errors = [
+        error(&estimate.best),
+        error(&mean),
+        error(&positions(&walk.scaled(outcome.scales[j]).track(start))),
+    ];
     let stamps = truth.iter().filter(|t| t.walker == walk.name).map(|t| t.stamp_s);
     let points = stamps.enumerate().map(|(k, stamp)| Point {
         stamp,
@@ -195,6 +200,7 @@ fn walker(walk: &Walk, j: usize, outcome: &Outcome, truth: &[TruthPoint]) -> Wal
         length_m: walk.lengths_m().last().copied().unwrap_or(0.0),
         takes_part: outcome.takes_part[j],
         start: start.to_array(),
+        scale: outcome.scales[j],
         resamplings: estimate.resamplings,
         standstills: standstills.collect(),
     }

@@ -51,6 +51,9 @@ pub struct Args {
     /// Walkers' start poses are unknown: find them by overlapping the maps; the first walker is at --start
     #[arg(long)]
     align: bool,
+    /// With --align: walkers' lengths may be in different scales too; each gets its own, the first walker's is 1
+    #[arg(long, requires = "align")]
+    align_scale: bool,
     /// True positions, for the errors: walker,time_s,x_m,y_m
     #[arg(long, value_name = "TRUTH.csv")]
     truth: Option<PathBuf>,
@@ -85,7 +88,8 @@ struct Input {
 pub fn run(args: &Args) -> Result<Outcome> {
     let started = Instant::now();
     let mode = mode(args)?;
-    let (options, start) = (args.tunables.options(), args.tunables.filter.start()?);
+    let (mut options, start) = (args.tunables.options(), args.tunables.filter.start()?);
+    options.align_scale = args.align_scale;
     let input = read(args)?;
     let threads = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads)

@@ -12,11 +12,11 @@ use crate::cli::Outcome;
 /// Simulate walkers: their steps as a drifting dead reckoning has them, and where they truly were.
 ///
 /// Writes into DIR: w1.csv, w2.csv, … (the walks), truth.csv, walls.csv, and start.txt (the argument of
-/// `hitl feetslam run --start`; in `building` every walker starts elsewhere: one line each). The same options always write
+/// `hitl feetslam run --start`; in `building` and `office` every walker starts elsewhere: one line each). The same options always write
 /// the same files.
 #[derive(clap::Args)]
 pub struct Args {
-    /// six: the paper's six walkers. opposite, one-sided, corner, curve: its controls. rooms: some enter a room. loops: laps of a ring. building: between places of a building (needs --plan)
+    /// six: the paper's six walkers. opposite, one-sided, corner, curve: its controls. rooms: some enter a room. loops: laps of a ring. building: between places of a building (needs --plan). office: the same in a building made of the seed
     #[arg(value_parser = PossibleValuesParser::new(Scenario::ALL.map(Scenario::name)))]
     scenario: String,
     /// Decides all that is left to chance
@@ -28,7 +28,7 @@ pub struct Args {
     /// Number of walkers; the scenario's own number if absent
     #[arg(long, value_name = "N", default_value_t = 0)]
     walkers: usize,
-    /// Length of a walk in loops and building
+    /// Length of a walk in loops, building and office
     #[arg(long, value_name = "MIN", default_value_t = Settings::default().minutes)]
     minutes: f64,
     /// Factor on all errors of the dead reckoning
@@ -46,7 +46,7 @@ pub struct Args {
     /// curve: radius, negative to the right
     #[arg(long, value_name = "M", default_value_t = Settings::default().radius_m, allow_negative_numbers = true)]
     radius_m: f64,
-    /// building: walkers who stay where nobody else goes
+    /// building, office: walkers who stay where nobody else goes
     #[arg(long, value_name = "N", default_value_t = 0)]
     strangers: usize,
     /// building: its walls, `x1, y1, x2, y2` a line

@@ -7,6 +7,7 @@ mod building;
 mod corridor;
 pub mod gait;
 mod loops;
+mod office;
 
 use std::fmt;
 use std::str::FromStr;
@@ -59,6 +60,8 @@ pub enum Scenario {
     Loops,
     /// Walks between random places of a building given by its walls, for `minutes`.
     Building,
+    /// The same in a building made of the seed.
+    Office,
 }
 
 /// Numbers of a scenario; each uses those it needs.
@@ -68,7 +71,7 @@ pub struct Settings {
     pub seed: u64,
     /// Walkers; 0: as many as the scenario has by itself.
     pub walkers: usize,
-    /// Length of a walk in `loops` and `building`, minutes.
+    /// Length of a walk in `loops`, `building` and `office`, minutes.
     pub minutes: f64,
     /// Factor on all errors of the dead reckoning.
     pub drift: f64,
@@ -80,7 +83,7 @@ pub struct Settings {
     pub bend_at_m: f64,
     /// `curve`: radius, metres; negative: to the right.
     pub radius_m: f64,
-    /// `building`: how many of the walkers stay in a part of it where nobody else goes.
+    /// `building`, `office`: how many of the walkers, the last ones, stay in a part of it where nobody else goes.
     pub strangers: usize,
 }
 
@@ -107,7 +110,7 @@ pub struct Simulation {
     pub walks: Vec<Walk>,
     /// True positions, per walker in time order.
     pub truth: Vec<TruthPoint>,
-    /// True start of each walker; the same for all but in `building`.
+    /// True start of each walker; the same for all but in `building` and `office`.
     pub starts: Vec<Pose2>,
     /// The walls.
     pub walls: Vec<Segment>,
@@ -115,7 +118,7 @@ pub struct Simulation {
 
 impl Scenario {
     /// All scenarios.
-    pub const ALL: [Scenario; 8] = [
+    pub const ALL: [Scenario; 9] = [
         Scenario::Six,
         Scenario::Opposite,
         Scenario::OneSided,
@@ -124,6 +127,7 @@ impl Scenario {
         Scenario::Rooms,
         Scenario::Loops,
         Scenario::Building,
+        Scenario::Office,
     ];
 
     /// The name used on the command line.
@@ -137,6 +141,7 @@ impl Scenario {
             Scenario::Rooms => "rooms",
             Scenario::Loops => "loops",
             Scenario::Building => "building",
+            Scenario::Office => "office",
         }
     }
 
@@ -151,6 +156,7 @@ impl Scenario {
         let plan = match self {
             Scenario::Loops => loops::plan(settings, key),
             Scenario::Building => building::plan(settings, walls, key)?,
+            Scenario::Office => building::plan(settings, &office::walls(key.named("office")), key)?,
             _ => corridor::plan(self, settings, key),
         };
         let mut simulation = Simulation {

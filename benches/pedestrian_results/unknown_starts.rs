@@ -1,0 +1,272 @@
+//! Walkers whose start frames are unknown, in real floor plans and in offices made of a seed.
+
+use std::collections::HashSet;
+
+use super::*;
+use hitl_slam::geometry::Segment;
+use hitl_slam::pedestrian::picture::HexPicture;
+
+const BUILDINGS: [&str; 7] = ["GHC7", "NSH3", "AHG2", "NYU19", "GDC1", "GDC2", "GDC3"];
+/// Walkers who go between the same places.
+const SHARING: usize = 3;
+/// A walker shares ways with the others if so much of its true way is theirs: square metres of floor, and share.
+const COMMON_M2: usize = 30;
+const COMMON: f64 = 0.5;
+/// What the issue asks for: metres, degrees.
+const WITHIN: (f64, f64) = (0.5, 2.0);
+
+/// What came out of all seeds of a building.
+#[derive(Default)]
+struct Tally {
+    simulations: usize,
+    all_within: usize,
+    sharing: usize,
+    placed: usize,
+    within: usize,
+    within_map: usize,
+    strangers: usize,
+    left_out: usize,
+    literal: Vec<f64>,
+    turns: Vec<f64>,
+    in_map: Vec<f64>,
+    path: Vec<f64>,
+    cpu_s: f64,
+}
+
+fn floor_plan(building: &str) -> Option<Vec<Segment>> {
+    let path = Path::new("../shared/data/amrl_maps").join(format!("{building}.vectormap.txt"));
+    path.exists().then(|| io::floor_plan::read(&path).expect("walls").value)
+}
+
+fn simulated(walls: Option<&[Segment]>, settings: Settings) -> hitl_slam::error::Result<Simulation> {
+    match walls {
+        Some(walls) => Scenario::Building.run(&settings, walls),
+        None => Scenario::Office.run(&settings, &[]),
+    }
+}
+
+/// Walkers who share ways, one who stays apart if the building has room for that, and one from another building.
+fn simulate(walls: Option<&[Segment]>, seed: u64) -> Simulation {
+    let settings = Settings { seed, walkers: SHARING, ..Settings::default() };
+    let with_stranger = Settings { walkers: SHARING + 1, strangers: 1, ..settings };
+    let mut simulation = simulated(walls, with_stranger)
+        .unwrap_or_else(|_| simulated(walls, settings).expect("a building to walk in"));
+    let other = Settings { seed: seed + 1_000, walkers: 1, ..settings };
+    let mut other = Scenario::Office.run(&other, &[]).expect("an office");
+    other.walks[0].name = "elsewhere".into();
+    simulation.walks.push(other.walks.swap_remove(0));
+    simulation.starts.push(other.starts[0]);
+    simulation
+}
+
+fn true_way(simulation: &Simulation, j: usize) -> Vec<Vec2> {
+    let name = &simulation.walks[j].name;
+    simulation.truth.iter().filter(|t| t.walker == *name).map(|t| t.position).collect()
+}
+
+/// Square metres that a way passes through.
+fn floor(way: &[Vec2]) -> HashSet<(i64, i64)> {
+    let along = |w: &[Vec2]| (0..8).map(|k| w[0] + (w[1] - w[0]) * (f64::from(k) / 8.0)).collect::<Vec<_>>();
+    way.windows(2).flat_map(along).map(|p| (p.x.floor() as i64, p.y.floor() as i64)).collect()
+}
+
+/// True if walker j shares its ways with the other ones.
+fn shares(simulation: &Simulation, j: usize) -> bool {
+    let own = floor(&true_way(simulation, j));
+    let others: HashSet<_> = (0..SHARING)
+        .filter(|&other| other != j)
+        .flat_map(|other| floor(&true_way(simulation, other)))
+        .collect();
+    let common = own.intersection(&others).count();
+    common >= COMMON_M2 && common as f64 >= COMMON * own.len() as f64
+}
+
+/// Rigid motion that lays a walker's path onto its true one best (least squares).
+fn path_to_truth(simulation: &Simulation, j: usize, path: &[Vec2]) -> Pose2 {
+    let walk = &simulation.walks[j];
+    let own = || simulation.truth.iter().filter(|t| t.walker == walk.name);
+    let from: Vec<Vec2> = own().filter_map(|t| walk.position_at(path, t.stamp_s)).collect();
+    let to: Vec<Vec2> = own().map(|t| t.position).collect();
+    let centre = |v: &[Vec2]| v.iter().sum::<Vec2>() / v.len() as f64;
+    let (a, b) = (centre(&from), centre(&to));
+    let (mut dot, mut cross) = (0.0, 0.0);
+    for (p, q) in from.iter().zip(&to) {
+        dot += (p - a).dot(&(q - b));
+        cross += (p - a).perp(&(q - b));
+    }
+    let turn = Pose2::new(0.0, 0.0, cross.atan2(dot));
+    let t = b - turn.rotate(a);
+    Pose2::new(t.x, t.y, turn.theta_rad)
+}
+
+fn one(walls: Option<&[Segment]>, seed: u64, tally: &mut Tally) -> (Simulation, Outcome) {
+    let simulation = simulate(walls, seed);
+    let options = Options { particles: 2_000, iterations: 2, seed, ..Options::default() };
+    let start = Start { pose: simulation.starts[0], ..Start::default() };
+    let (outcome, cpu_ms) = cpu::timed(|| {
+        successive::run(&simulation.walks, start, true, &Mode::FeetSlam, &options, &mut |_| ())
+            .expect("simulated walks are fine")
+    });
+    tally.cpu_s += cpu_ms / 1e3;
+    tally.simulations += 1;
+    let first = path_to_truth(&simulation, 0, &outcome.estimates[0].best);
+    let mut all = true;
+    for j in 1..simulation.walks.len() {
+        if j >= SHARING {
+            tally.strangers += 1;
+            tally.left_out += usize::from(!outcome.takes_part[j]);
+            continue;
+        }
+        if !shares(&simulation, j) {
+            continue;
+        }
+        tally.sharing += 1;
+        if !outcome.takes_part[j] {
+            all = false;
+            continue;
+        }
+        tally.placed += 1;
+        let (found, truth) = (outcome.starts[j].pose, simulation.starts[j]);
+        // The first walker's start is given, so that world poses can be compared; and as its map has them.
+        let off = |found: Pose2| {
+            let error = truth.between(found);
+            (error.translation().norm(), error.theta_rad.to_degrees().abs())
+        };
+        let is_within = |(metres, degrees): (f64, f64)| metres <= WITHIN.0 && degrees <= WITHIN.1;
+        let (literal, in_map) = (off(found), off(first.compose(found)));
+        tally.within += usize::from(is_within(literal));
+        tally.within_map += usize::from(is_within(in_map));
+        all &= is_within(literal);
+        tally.literal.push(literal.0);
+        tally.turns.push(literal.1);
+        tally.in_map.push(in_map.0);
+        let errors = errors(&simulation, &simulation.walks[j], &outcome.estimates[j], found);
+        tally.path.push(mean(&errors[0]));
+        if !is_within(literal) {
+            let far = (truth.translation() - simulation.starts[0].translation()).norm();
+            eprintln!(
+                "  seed {seed} walker {}: {literal:.2?}, in the map {in_map:.2?}, {far:.0} m away",
+                j + 1
+            );
+        }
+    }
+    tally.all_within += usize::from(all);
+    (simulation, outcome)
+}
+
+fn tally_row(text: &mut String, name: &str, t: &Tally) {
+    let _ = writeln!(
+        text,
+        "| {name} | {} | {} | {} | {} | {} | {} / {} | {:.2}, {:.2} | {:.2}, {:.2} | {} of {} | {:.2} | {:.1} |",
+        t.simulations,
+        t.all_within,
+        t.sharing,
+        t.placed,
+        t.within,
+        t.within_map,
+        t.placed,
+        quantile(&t.literal, 0.5),
+        quantile(&t.literal, 0.95),
+        quantile(&t.turns, 0.5),
+        quantile(&t.turns, 0.95),
+        t.left_out,
+        t.strangers,
+        quantile(&t.path, 0.5),
+        t.cpu_s / t.simulations as f64
+    );
+}
+
+pub fn chapter(text: &mut String) -> Vec<Claim> {
+    let seeds = if is_quick() { 2 } else { SEEDS };
+    let _ = writeln!(
+        text,
+        "\n## Unknown start frames\n\nThree walkers go between the same four places for 10 minutes, each from its own start in its own frame; a fourth stays where nobody else goes (where the building has room for that), a fifth walked in another building. {seeds} seeds a building: seven real floor plans, and offices made of the seed. 2,000 particles, default noise, 2 joint iterations.\n\nOff: a walker's start pose in the first walker's frame, whose own start is given, against the truth. That includes the first walker's own heading error at its start (0.3° in the simulation), which moves a start 60 m away by 0.3 m; *in the map*: the same with the first walker's path laid onto the truth. Walkers count whose true way is at least half, and at least {COMMON_M2} m², that of the others. A simulation counts as within if all of them are placed within {} m and {}°.\n\n| building | simulations | within | walkers who share ways | placed | within | within in the map | off, m: median, 95 % | off, °: median, 95 % | strangers left out | path error after the iterations, m | CPU s each |\n|---|---|---|---|---|---|---|---|---|---|---|---|",
+        WITHIN.0, WITHIN.1
+    );
+    let mut total = Tally::default();
+    let mut buildings: Vec<(&str, Option<Vec<Segment>>)> = vec![("offices", None)];
+    buildings.extend(BUILDINGS.iter().filter_map(|b| Some((*b, Some(floor_plan(b)?)))));
+    for (name, walls) in &buildings {
+        let mut tally = Tally::default();
+        let count = if walls.is_none() { 2 * seeds } else { seeds };
+        for seed in 1..=count {
+            let (simulation, outcome) = one(walls.as_deref(), seed, &mut tally);
+            if seed == 1 && (*name == "GHC7" || buildings.len() == 1) {
+                pictures(&simulation, &outcome);
+            }
+        }
+        tally_row(text, name, &tally);
+        eprintln!("{name}: {} of {} within, CPU {:.1} s", tally.all_within, tally.simulations, tally.cpu_s);
+        total.add(tally);
+    }
+    tally_row(text, "**all**", &total);
+    let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
+    let _ = writeln!(
+        text,
+        "\nWithin {} m and {}°: **{:.0} % of the simulations** (asked: 90), {:.0} % of the walkers; in the first walker's map {:.0} % of the walkers. Strangers forced in: {} of {}.\n\n![unknown starts, before](img/pedestrian-unknown-before.png)\n![unknown starts, after](img/pedestrian-unknown-after.png)",
+        WITHIN.0,
+        WITHIN.1,
+        share(total.all_within, total.simulations),
+        share(total.within, total.sharing),
+        share(total.within_map, total.sharing),
+        total.strangers - total.left_out,
+        total.strangers
+    );
+    let missing = |part: usize, whole: usize| 100.0 - share(part, whole);
+    vec![
+        claim(
+            "Unknown start frames: simulations in which a walker who shares ways is not within 0.5 m and 2°",
+            missing(total.all_within, total.simulations),
+            10.0,
+            "%",
+            "issue 8",
+        ),
+        claim(
+            "Unknown start frames: strangers forced in",
+            (total.strangers - total.left_out) as f64,
+            0.0,
+            "",
+            "issue 8",
+        ),
+    ]
+}
+
+impl Tally {
+    fn add(&mut self, other: Tally) {
+        self.simulations += other.simulations;
+        self.all_within += other.all_within;
+        self.sharing += other.sharing;
+        self.placed += other.placed;
+        self.within += other.within;
+        self.within_map += other.within_map;
+        self.strangers += other.strangers;
+        self.left_out += other.left_out;
+        self.literal.extend(other.literal);
+        self.turns.extend(other.turns);
+        self.in_map.extend(other.in_map);
+        self.path.extend(other.path);
+        self.cpu_s += other.cpu_s;
+    }
+}
+
+/// Every walker as it would start like the first one; and where the walkers were placed.
+fn pictures(simulation: &Simulation, outcome: &Outcome) {
+    let sharing = || (0..SHARING).filter(|&j| outcome.takes_part[j]);
+    let before: Vec<Vec<Vec2>> =
+        sharing().map(|j| positions(&simulation.walks[j].track(simulation.starts[0]))).collect();
+    let after: Vec<Vec<Vec2>> = sharing().map(|j| outcome.estimates[j].best.clone()).collect();
+    let draw = |file: &str, title: &str, paths| {
+        figures::save(
+            file,
+            &HexPicture {
+                title: title.into(),
+                walls: &simulation.walls,
+                paths,
+                width_px: 900,
+                ..Default::default()
+            },
+        );
+    };
+    draw("pedestrian-unknown-before.png", "Dead reckoning, all as if they had started alike", before);
+    draw("pedestrian-unknown-after.png", "Placed by their maps, and mapped together", after);
+}
