@@ -1,9 +1,12 @@
 //! Walks as maps, and maps as walks.
 
+use std::sync::atomic::AtomicBool;
+
+use hitl_slam::closures;
 use hitl_slam::front_end::{WalkOptions, map_of_walks};
 use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::io;
-use hitl_slam::map::{Correction, Mode, SlamMap, Stroke};
+use hitl_slam::map::{AutomaticFactor, Correction, Mode, SlamMap, Stroke};
 use hitl_slam::pedestrian::random::Key;
 use hitl_slam::pedestrian::{OdometryNoise, Start, Step, Walk, metrics};
 use hitl_slam::pipeline::{Corrector, Options};
@@ -179,6 +182,32 @@ fn footprints_of_a_corridor_walked_there_and_back_have_one_face() {
 }
 
 #[test]
+fn on_a_map_of_walks_nothing_is_matched_and_what_was_is_forgotten() {
+    let simulation = simulate(Scenario::Six, 1);
+    let mut map = map_of(&simulation);
+    assert!(map.points_are_footprints());
+    let again = |map: &mut SlamMap| {
+        let (joint, options) = (Default::default(), Default::default());
+        closures::reassociate(map, &joint, &options, &|_| (), &AtomicBool::new(false)).unwrap().unwrap()
+    };
+    let off = closures::Report { footprints: true, ..Default::default() };
+    let before = map.clone();
+    assert_eq!(again(&mut map), off);
+    assert_eq!(map, before);
+    let factor = map.relative_factors[3];
+    map.automatic_factors =
+        vec![AutomaticFactor { factor, inliers: 1.0, ambiguity: 0.0, weak_rad: None, chi2: 0.0 }];
+    assert_eq!(again(&mut map), off);
+    assert!(map.automatic_factors.is_empty());
+    // One point that is not where its walker trod, and they are a laser's.
+    map.observations.points[7][0] += 0.01;
+    assert!(!map.points_are_footprints());
+    let settings = hitl_slam::simulate::Settings::default();
+    let run = hitl_slam::simulate::run(hitl_slam::simulate::Scenario::Loop, &settings).unwrap();
+    assert!(!run.map.points_are_footprints() && !SlamMap::default().points_are_footprints());
+}
+
+#[test]
 fn several_walks_are_tied_where_they_began_and_nowhere_else() {
     let simulation = simulate(Scenario::Six, 1);
     let starts: Vec<Start> = (0..6)
@@ -187,6 +216,10 @@ fn several_walks_are_tied_where_they_began_and_nowhere_else() {
     let options = WalkOptions { starts: starts.clone(), ..WalkOptions::default() };
     let map = map_of_walks(&simulation.walks, &options).unwrap();
     assert_eq!(map.relative_factors.len(), map.poses.len() - 1, "a tree");
+    let began =
+        |pose: &Pose2| starts.iter().any(|s| (s.pose.translation() - pose.translation()).norm() < 1e-9);
+    let firsts = io::walks_of_map::first_poses(&map);
+    assert!(firsts.len() == 6 && firsts.iter().all(|&first| began(&map.poses[first])), "{firsts:?}");
     for f in &map.relative_factors {
         assert!(f.chi2(map.poses[f.i], map.poses[f.j]) < 1e-12, "every factor is met");
         assert!(f.i + 1 == f.j || f.i == 0);

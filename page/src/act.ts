@@ -66,10 +66,11 @@ export async function follow(): Promise<void> {
 
 async function fetchMap(): Promise<void> {
   const [points, factors] = await Promise.all([
-    getPacked<{ map: number; points: number; starts: number }>("/api/points"),
+    getPacked<{ map: number; points: number; starts: number; walks: number[] }>("/api/points"),
     getPacked<{ factors: number }>("/api/factors"),
   ]);
   model.starts = block(points, Uint32Array, points.head.starts);
+  model.walks = points.head.walks;
   model.points = block(points, Float32Array, 2 * points.head.points);
   model.factors = block(factors, Uint32Array, 2 * factors.head.factors);
   model.now = new Float64Array(0);

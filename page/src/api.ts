@@ -30,7 +30,7 @@ export interface State {
   corrections: Correction[];
   /** Why it is not known which corrections contradict the rest. */
   unjudged: string | null;
-  matching: { is_current: boolean; factors: number; refused: number; disagreeing: number; withdrawn: boolean; near_passes: number };
+  matching: { is_current: boolean; factors: number; refused: number; disagreeing: number; withdrawn: boolean; footprints: boolean; near_passes: number };
   straightened: boolean;
   undo: string | null;
   redo: string | null;

@@ -48,13 +48,14 @@ let shown = "";
 function show(): void {
   const state = model.state;
   if (!state?.map) return;
-  const { closures: { revision, factors, near_passes, refused }, running } = matching, { is_current, withdrawn } = state.matching;
-  const said = running ? "matching the visits …"
+  const { closures: { revision, factors, near_passes, refused }, running } = matching, { is_current, withdrawn, footprints } = state.matching;
+  const said = footprints ? "A map of walks: footprints are no walls, so nothing is matched."
+    : running ? "matching the visits …"
     : withdrawn && is_current ? "What was matched contradicts itself, so none is kept. Draw more strokes."
     : factors.length ? `${many(factors.length, "place")} matched${is_current ? "" : ", before the last change"}.`
     : is_current ? "Nothing else fits." : "Visits that come near each other can be matched by themselves.";
   $("match-said").textContent = said;
-  $<HTMLButtonElement>("match-now").disabled = running || is_current;
+  $<HTMLButtonElement>("match-now").disabled = running || is_current || footprints;
   const key = `${revision} ${factors.length}`;
   if (key === shown) return;
   shown = key;

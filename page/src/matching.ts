@@ -20,7 +20,7 @@ export const matching = {
 export function setAlways(always: boolean): void {
   matching.always = always;
   localStorage.setItem("match", always ? "1" : "0");
-  if (always && model.state?.map && !model.state.matching.is_current && model.state.corrections.length > 0) void match();
+  if (always && model.state?.map && !model.state.matching.footprints && !model.state.matching.is_current && model.state.corrections.length > 0) void match();
 }
 
 /** Strokes on the way, or a ghost: the map must not change under them. */
@@ -65,7 +65,7 @@ async function bring(): Promise<void> {
 }
 
 export function startMatching(): void {
-  onChange(() => { if (matching.always) void match(); });
+  onChange(() => { if (matching.always && !model.state?.matching.footprints) void match(); });
   on(["tool"], () => { if (!isBusy()) waiting.splice(0).forEach((go) => go()); });
   on(["poses", "state"], () => { if (model.state?.revision === model.revision) bring().catch(complain); });
 }

@@ -35,6 +35,8 @@ export const model = {
   map: 0,
   revision: 0,
   starts: new Uint32Array(1),
+  /** The first pose of every walk; a robot's map is one. */
+  walks: [0],
   points: new Float32Array(0),
   factors: new Uint32Array(0),
   bounds: [-5, -5, 5, 5] as [number, number, number, number],

@@ -226,7 +226,7 @@ function show(): void {
       ? "The corridor in the east is there twice. Pick Same line (2), then draw along a wall of each."
       : state.corrections.length === 0
       ? state.matching.is_current && !state.matching.withdrawn ? "Is a wall there twice? Pick how its two parts relate: keys 1 to 4. All well? Export."
-        : `Find a wall that is there twice, then pick how its two parts relate: keys 1 to 4.${state.matching.withdrawn ? "" : " Or try Match now (M)."}`
+        : `Find a wall that is there twice, then pick how its two parts relate: keys 1 to 4.${state.matching.withdrawn || state.matching.footprints ? "" : " Or try Match now (M)."}`
       : "Keys 1 to 4: the next correction. Hold B: before. Done? Export.");
   } else if (tool === "plan") say(planStep());
   else if (tool === "straighten") say(drawing ? "Let go: the map turns until this wall lies along an axis." : "Draw along one wall: the map turns until it lies along an axis.");

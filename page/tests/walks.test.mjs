@@ -53,6 +53,11 @@ test("a folder of feetslam shows its walks over the plan, plays them, and takes 
   assert.equal(await page.textContent("#playback span"), shown, "paused is paused");
   await person.shot("walks-paused");
 
+  // Four walks are four lines of poses, and footprints are not matched with each other.
+  assert.deepEqual(await page.evaluate(() => { const { walks, now } = window.hitl.model; return [walks.length, walks[0], walks[3] < now.length / 3]; }), [4, 0, true]);
+  assert.match(await page.textContent("#match-said"), /footprints are no walls/);
+  assert.ok(await page.isDisabled("#match-now"));
+
   // The layers by themselves.
   await page.click("#layers");
   assert.match(await page.textContent("#note-walks"), /^4 walks$/);

@@ -123,7 +123,10 @@ fn entries(map: &SlamMap) -> Vec<Entry> {
 
 /// What a person should know: how many, and where to look next.
 pub fn text(map: &SlamMap, found: &Reassociation) -> String {
-    let Report { rounds, near_passes, withdrawn } = &found.report;
+    let Report { rounds, near_passes, withdrawn, footprints } = &found.report;
+    if *footprints {
+        return "re-association: off, since this is a map of walks: footprints are no walls\n".into();
+    }
     let mut text = match withdrawn {
         true => format!(
             "re-association: {} of {} matches contradict each other, so none is kept; draw strokes first\n",

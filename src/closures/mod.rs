@@ -68,7 +68,8 @@ pub struct Progress {
 }
 
 /// Finds all automatic factors anew and optimises the map with them. `None`, and the map as it was, if `cancelled`
-/// becomes true on the way.
+/// becomes true on the way. On a map of walks nothing is looked for: footprints are no walls, and two people do not tread in
+/// one line.
 ///
 /// # Errors
 /// As [`joint::optimize`].
@@ -79,13 +80,18 @@ pub fn reassociate(
     progress: &(dyn Fn(Progress) + Sync),
     cancelled: &AtomicBool,
 ) -> Result<Option<Report>> {
+    let footprints = map.points_are_footprints();
+    if footprints && map.automatic_factors.is_empty() {
+        return Ok(Some(Report { footprints, ..Report::default() }));
+    }
     let mut work = map.clone();
     work.automatic_factors.clear();
     solve(&mut work, joint_options, joint_options.automatic_loss_scale)?;
     let unassisted = (work.poses.clone(), work.human_factors.clone());
-    let mut report = Report::default();
+    let mut report = Report { footprints, ..Report::default() };
     let mut last = Vec::new();
-    for round in 0..options.rounds {
+    let rounds = if footprints { 0 } else { options.rounds };
+    for round in 0..rounds {
         let before = work.poses.clone();
         let told = |done, pairs| progress(Progress { round, rounds: options.rounds, done, pairs });
         let Some(compared) = search(&work, joint_options, options, &told, cancelled)? else {

@@ -38,4 +38,6 @@ pub struct Report {
     pub near_passes: Vec<NearPass>,
     /// True: so many of the matches contradicted each other that none was kept.
     pub withdrawn: bool,
+    /// True: the map is one of walks, whose footprints are no walls, so nothing was compared.
+    pub footprints: bool,
 }

@@ -23,6 +23,16 @@ fn places(path: &Path, names: &[String], count: usize) -> Result<Vec<PathBuf>> {
             let message = format!("found {} names, expected {count}: one for each walk", names.len());
             return Err(Error::input("walkers", message));
         }
+        for (k, name) in names.iter().enumerate() {
+            let message = if name.trim().is_empty() || name.contains(['/', '\\', '\0']) {
+                format!("found the name {name:?}, expected one that a file can have: not empty, no slash")
+            } else if names[..k].contains(name) {
+                format!("found the name {name:?} twice, expected one for each walk")
+            } else {
+                continue;
+            };
+            return Err(Error::input("walkers", message));
+        }
         return Ok(names.iter().map(|name| path.with_file_name(format!("{name}.csv"))).collect());
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -74,20 +84,24 @@ pub fn walks(map: &SlamMap) -> Result<Vec<(Walk, Pose2)>> {
     pieces(map).into_iter().enumerate().map(walk).collect()
 }
 
-/// The pieces of the chain, each as indices into [`SlamMap::trajectory`], in order.
-pub fn pieces(map: &SlamMap) -> Vec<Vec<usize>> {
+/// The first pose of every piece of the chain, ascending.
+pub fn first_poses(map: &SlamMap) -> Vec<usize> {
     // A trajectory without factors is one walk.
     let mut joined = vec![map.relative_factors.is_empty(); map.poses.len()];
     for f in map.every_relative_factor().filter(|f| f.i.abs_diff(f.j) == 1) {
         joined[f.i.max(f.j)] = true;
     }
-    let mut piece = 0;
-    let mut piece_of_pose = Vec::with_capacity(joined.len());
-    for (pose, &is_joined) in joined.iter().enumerate() {
-        piece += usize::from(pose > 0 && !is_joined);
-        piece_of_pose.push(piece);
+    (0..joined.len()).filter(|&pose| pose == 0 || !joined[pose]).collect()
+}
+
+/// The pieces of the chain, each as indices into [`SlamMap::trajectory`], in order.
+pub fn pieces(map: &SlamMap) -> Vec<Vec<usize>> {
+    let firsts = first_poses(map);
+    let mut piece_of_pose = Vec::with_capacity(map.poses.len());
+    for pose in 0..map.poses.len() {
+        piece_of_pose.push(firsts.partition_point(|&first| first <= pose) - 1);
     }
-    let mut pieces = vec![Vec::new(); piece + 1];
+    let mut pieces = vec![Vec::new(); firsts.len().max(1)];
     if map.scans.is_empty() {
         (0..map.poses.len()).for_each(|pose| pieces[piece_of_pose[pose]].push(pose));
     } else {

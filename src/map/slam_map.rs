@@ -88,6 +88,19 @@ impl SlamMap {
         self.relative_factors.iter().chain(self.automatic_factors.iter().map(|a| &a.factor))
     }
 
+    /// True for a map of walks: every point is where its walker trod, so there is one for every scan, in the scan's place. A laser
+    /// sees no wall where the robot itself is.
+    pub fn points_are_footprints(&self) -> bool {
+        let is_footprint = |(k, scan): (usize, &ScanRecord)| {
+            let place = scan.parent_from_robot.translation();
+            self.observations.range(scan.parent).contains(&k)
+                && (self.observations.point(k) - place).norm() < 1e-9
+        };
+        !self.scans.is_empty()
+            && self.scans.len() == self.observations.len()
+            && self.scans.iter().enumerate().all(is_footprint)
+    }
+
     /// Length of the chain's path from the first pose to each, metres.
     pub fn path_lengths_m(&self) -> Vec<f64> {
         let mut length_m = 0.0;

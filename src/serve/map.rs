@@ -7,16 +7,18 @@ use serde_json::json;
 
 use super::app::App;
 use super::wire::{Answer, Fault, answer, aside, packed, pose_bytes};
+use crate::io;
 use crate::joint;
 use crate::map::AutomaticFactor;
 
 /// `GET /api/points`: every pose's points, robot frame, f32 x, y; `starts` (u32) as in
-/// [`crate::map::Observations::starts`].
+/// [`crate::map::Observations::starts`]; `walks`: the first pose of every piece of the chain.
 pub async fn points(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| {
         let desk = app.read();
         let desk = desk.as_ref().ok_or_else(Fault::nothing_open)?;
-        let observations = &desk.session.solved().corrector().map().observations;
+        let map = desk.session.solved().corrector().map();
+        let (observations, walks) = (&map.observations, io::walks_of_map::first_poses(map));
         let mut points = Vec::with_capacity(observations.len() * 8);
         for [x, y] in &observations.points {
             points.extend_from_slice(&(*x as f32).to_le_bytes());
@@ -24,7 +26,7 @@ pub async fn points(State(app): State<Arc<App>>) -> Answer {
         }
         let starts: Vec<u8> = observations.starts.iter().flat_map(|s| s.to_le_bytes()).collect();
         let head =
-            json!({"map": desk.map, "points": observations.len(), "starts": observations.starts.len()});
+            json!({"map": desk.map, "points": observations.len(), "starts": observations.starts.len(), "walks": walks});
         Ok(packed(&head, &[&starts, &points]))
     })
     .await

@@ -88,6 +88,7 @@ pub fn of(desk: &Desk) -> Value {
         "matching": {
             "is_current": state.is_matched(), "factors": map.automatic_factors.len(), "refused": state.refused.len(),
             "disagreeing": disagreeing(map), "withdrawn": solved.matched().is_some_and(|m| m.report.withdrawn),
+            "footprints": map.points_are_footprints(),
             "near_passes": solved.matched().map_or(0, |m| m.report.near_passes.len()),
         },
         "straightened": state.straighten.is_some(),

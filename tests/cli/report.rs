@@ -207,7 +207,7 @@ fn what_re_association_found_is_listed_with_what_spoke_for_it() {
         assert_eq!(entry["name"], factor.name());
         assert!(entry["inliers"].as_f64().is_some_and(|v| (0.55..=1.0).contains(&v)), "{entry}");
     }
-    has_all(&report["reassociation"], &["rounds", "near_passes", "withdrawn"]);
+    has_all(&report["reassociation"], &["rounds", "near_passes", "withdrawn", "footprints"]);
     has_all(
         &report["reassociation"]["rounds"][0],
         &["pairs", "accepted", "disagreeing", "moved_m", "widest_m"],

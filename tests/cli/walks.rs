@@ -10,7 +10,16 @@ fn walks_become_a_map_are_corrected_and_come_back_as_walks() {
     bench.good("import six/w1.csv six/w2.csv six/w3.csv --start 0,0,-90 -o map.npz");
     let strokes = r#"{"mode": "collinear", "a": {"pose": 3, "points": [[0, 0], [5, 0]]}, "b": {"pose": 9, "points": [[0, 0], [5, 0]]}}"#;
     std::fs::write(bench.folder().join("c.jsonl"), strokes).unwrap();
-    bench.good("correct map.npz -c c.jsonl --drawing-sigma-m 0.3 --observation-sigma-m 0.2 --strict -o corrected.npz");
+    let correct = "correct map.npz -c c.jsonl --drawing-sigma-m 0.3 --observation-sigma-m 0.2 --strict";
+    let said = bench.good(&format!("{correct} -o corrected.npz"));
+    assert!(said.contains("re-association: off, since this is a map of walks"), "{said}");
+    let read = |name: &str| std::fs::read(bench.folder().join(name)).unwrap();
+    bench.good(&format!("{correct} --report r.json --no-reassociate -o alone.npz"));
+    assert_eq!(read("corrected.npz"), read("alone.npz"));
+    bench.good(&format!("{correct} --report r.json -o corrected.npz"));
+    let report: serde_json::Value = serde_json::from_slice(&read("r.json")).unwrap();
+    assert_eq!(report["reassociation"]["footprints"], true);
+    assert_eq!(report["automatic_factors"], serde_json::json!([]));
     bench.good("export corrected.npz -o back/w.csv");
     bench.good("export corrected.npz -o named/x.csv --walkers w1,w2,w3");
     bench.good("feetslam run named/w1.csv named/w2.csv named/w3.csv --mode footslam --particles 50 --start 0,0,-90 --truth six/truth.csv -o run");
@@ -29,13 +38,17 @@ fn walks_become_a_map_are_corrected_and_come_back_as_walks() {
         ("import map.npz six/w1.csv -o x.npz", "expected one, or walks only"),
         ("import six/w1.csv --steps-per-pose 0 -o x.npz", "steps per pose: found 0"),
         ("export map.npz -o x.csv --walkers a,b", "found 2 names, expected 3"),
+        ("export map.npz -o x-1.csv --walkers a,../b,c", "walkers: found the name \"../b\""),
+        ("export map.npz -o x-1.csv --walkers a,b\\c,d", "no slash"),
+        ("export map.npz -o x-1.csv --walkers a,,c", "walkers: found the name \"\""),
+        ("export map.npz -o x-1.csv --walkers a,b,a", "walkers: found the name \"a\" twice"),
         ("export map.npz -o x.tum --walkers a,b,c", "expected it with .csv only"),
     ] {
         let run = hitl_in(&bench.folder(), command);
         assert_eq!(run.code, Some(2), "{command}: {}", run.stderr);
         assert!(run.stderr.lines().count() == 1 && run.stderr.contains(words), "{command}: {}", run.stderr);
     }
-    assert!(!bench.exists("x.npz") && !bench.exists("x-1.csv"));
+    assert!(["x.npz", "x-1.csv", "a.csv", "../b.csv"].iter().all(|file| !bench.exists(file)));
 }
 
 #[test]

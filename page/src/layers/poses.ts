@@ -15,9 +15,11 @@ function draw(context: CanvasRenderingContext2D, poses: Float64Array): void {
   context.globalAlpha = 0.32;
   context.lineWidth = 1;
   context.beginPath();
+  let walk = 0;
   for (let i = 0; i < count; i++) {
-    const [x, y] = view.toScreen([poses[3 * i], poses[3 * i + 1]]);
-    i === 0 ? context.moveTo(x, y) : context.lineTo(x, y);
+    const [x, y] = view.toScreen([poses[3 * i], poses[3 * i + 1]]), isFirst = i === model.walks[walk];
+    if (isFirst) walk++;
+    isFirst ? context.moveTo(x, y) : context.lineTo(x, y);
   }
   context.stroke();
   const arrows = (colour: string, alpha: number, wanted: (i: number) => boolean, gap: number, radius: number) => {
