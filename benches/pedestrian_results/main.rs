@@ -1,7 +1,7 @@
 //! `cargo bench --bench pedestrian_results`: writes docs/RESULTS-pedestrian.md and docs/img/pedestrian-*.png.
 //!
 //! Ten seeds, 10,000 particles unless a line says otherwise. With names of chapters (`-- laps controls`) it measures these
-//! and prints them.
+//! and prints them; with `--page` too it writes the page, the other chapters as they were last measured in this checkout.
 
 mod controls;
 #[allow(dead_code)] // the other page's parts
@@ -18,6 +18,8 @@ mod meet;
 mod page;
 mod real;
 mod scale;
+#[path = "../results/store.rs"]
+mod store;
 mod unknown_starts;
 
 use std::fmt::Write as _;
@@ -33,6 +35,7 @@ use hitl_slam::pedestrian::{GridChoice, Options, Start, Walk, metrics};
 use hitl_slam::simulate::walkers::{Scenario, Settings, Simulation};
 use page::{Claim, Section};
 use rayon::prelude::*;
+use store::Measured;
 
 const SEEDS: u64 = 10;
 
@@ -129,23 +132,33 @@ fn main() {
         eprintln!("found chapter \"{unknown}\", expected some of {names}");
         std::process::exit(2);
     }
-    let started = Instant::now();
-    let (mut text, mut sections) = (String::new(), Vec::new());
-    for &(name, measure) in CHAPTERS.iter().filter(|(name, _)| wanted.is_empty() || wanted.contains(name)) {
-        let begun = Instant::now();
-        sections.push(Section { claims: measure(&mut text), ..Section::default() });
-        eprintln!("{name}: {:.1} s", begun.elapsed().as_secs_f64());
+    let rewrites = wanted.is_empty() || arguments.iter().any(|a| a == "--page");
+    let kept = if is_quick() { "pedestrian-quick" } else { "pedestrian" };
+    let mut chapters = Vec::new();
+    for &(name, measure) in CHAPTERS {
+        if wanted.is_empty() || wanted.contains(&name) {
+            let (begun, mut body) = (Instant::now(), String::new());
+            let section = Section { name, claims: measure(&mut body), body, ..Section::default() };
+            let chapter = Measured { section, seconds: begun.elapsed().as_secs_f64() };
+            eprintln!("{name}: {:.1} s", chapter.seconds);
+            store::keep(kept, name, &chapter).expect("target/results can be written");
+            chapters.push(chapter);
+        } else if rewrites {
+            chapters.push(store::last(kept, name).expect("every other chapter was measured before"));
+        }
     }
-    let page = page_of(&text, &sections, started.elapsed().as_secs_f64());
-    if !wanted.is_empty() {
+    let seconds = chapters.iter().map(|c| c.seconds).sum();
+    let sections: Vec<Section> = chapters.into_iter().map(|c| c.section).collect();
+    let page = page_of(&sections, seconds);
+    if !rewrites {
         return println!("{page}");
     }
     let path = page::project("docs/RESULTS-pedestrian.md");
     io::atomic::write(&path, |out| out.write_all(page.as_bytes())).expect("docs can be written");
-    println!("wrote docs/RESULTS-pedestrian.md in {:.0} s", started.elapsed().as_secs_f64());
+    println!("wrote docs/RESULTS-pedestrian.md, measured in {seconds:.0} s");
 }
 
-fn page_of(text: &str, sections: &[Section], seconds: f64) -> String {
+fn page_of(sections: &[Section], seconds: f64) -> String {
     let mut page = format!(
         "# Results: pedestrians\n\nWritten by `make results` (= `cargo bench --bench pedestrian_results`) in {seconds:.0} s; edit nothing here. {} \
          Every number outside the last chapters, on real walks, is from simulated walks (`hitl feetslam simulate`), seeds 1–{SEEDS}, 10,000 particles unless a line says \
@@ -164,5 +177,6 @@ fn page_of(text: &str, sections: &[Section], seconds: f64) -> String {
         page += "\n## Aims not reached yet\n\n| aim | measured | bound | met | where the bound comes from |\n|---|---|---|---|---|\n";
         page += &missed;
     }
-    page + text
+    sections.iter().for_each(|s| page += &s.body);
+    page
 }

@@ -1,5 +1,6 @@
 //! `cargo bench --bench results`: measures everything that docs/RESULTS.md says, and writes that page and its pictures.
-//! With section names as arguments (`-- accuracy timing`) only those, printed instead of written.
+//! With section names as arguments (`-- accuracy time`) only those, printed instead of written; with `--page` too the page is
+//! written all the same, its other chapters as they were last measured in this checkout.
 
 mod ablations;
 mod accuracy;
@@ -34,6 +35,7 @@ mod serve;
 mod solver_scale;
 mod solvers;
 mod stats;
+mod store;
 mod strokes;
 mod suggest;
 mod table1;
@@ -44,6 +46,7 @@ mod wrong_strokes;
 use std::time::Instant;
 
 use page::{Result, Section};
+use store::Measured;
 
 /// Measures one section.
 type Measure = fn() -> Result<Section>;
@@ -97,19 +100,25 @@ fn main() -> Result<()> {
         let names = SECTIONS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         return Err(format!("found section \"{unknown}\", expected some of {names}").into());
     }
-    let start = Instant::now();
-    let mut sections = Vec::new();
+    let rewrites = wanted.is_empty() || arguments.iter().any(|a| a == "--page");
+    let mut measured = Vec::new();
     for &(name, measure) in SECTIONS {
         if wanted.is_empty() || wanted.contains(&name) {
             let begun = Instant::now();
-            sections.push(measure()?);
-            eprintln!("{name}: {:.1} s", begun.elapsed().as_secs_f64());
+            let chapter = Measured { section: measure()?, seconds: begun.elapsed().as_secs_f64() };
+            eprintln!("{name}: {:.1} s", chapter.seconds);
+            store::keep("results", name, &chapter)?;
+            measured.push(chapter);
+        } else if rewrites {
+            measured.push(store::last("results", name)?);
         }
     }
-    let page = page::page(&sections, start.elapsed().as_secs_f64());
-    if wanted.is_empty() {
+    let seconds = measured.iter().map(|m| m.seconds).sum();
+    let sections: Vec<Section> = measured.into_iter().map(|m| m.section).collect();
+    let page = page::page(&sections, seconds);
+    if rewrites {
         std::fs::write(page::project("docs/RESULTS.md"), page)?;
-        println!("wrote docs/RESULTS.md in {:.0} s", start.elapsed().as_secs_f64());
+        println!("wrote docs/RESULTS.md, measured in {seconds:.0} s");
     } else {
         println!("{page}");
     }
