@@ -170,6 +170,11 @@ fn relation_errors_by_hand() {
     ];
     let errors = relation_errors(&track, &relations, DEFAULT_TOLERANCE_S);
     assert_eq!((errors.count, errors.unmatched), (3, 1));
+    for (e, relation) in errors.errors.iter().zip(&relations) {
+        let stamps_s = e.poses.map(|k| track.stamps_s[k]);
+        assert!((stamps_s[0] - relation.stamp_1_s).abs() <= DEFAULT_TOLERANCE_S, "{e:?}");
+        assert!((stamps_s[1] - relation.stamp_2_s).abs() <= DEFAULT_TOLERANCE_S, "{e:?}");
+    }
     let close =
         |found: Option<f64>, expected: f64| assert!((found.unwrap() - expected).abs() < 1e-5, "{found:?}");
     close(errors.translation_mean_m, 2.3 / 3.0);

@@ -4,8 +4,8 @@ use crate::building;
 use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::map::{Observations, SlamMap};
 use hitl_slam::render::{
-    Colour, Item, MapPictureOptions, Mark, Overlay, Picture, Plot, Series, WorldRect, before_after, map,
-    text_width_px,
+    Colour, Item, MapPictureOptions, Mark, Overlay, Picture, PlacedErrors, Plot, Series, WorldRect,
+    before_after, map, text_width_px,
 };
 
 fn items(picture: &Picture) -> impl Iterator<Item = &Item> {
@@ -251,4 +251,58 @@ fn an_ellipse_has_the_axes_of_the_covariance() {
         let r = along.powi(2) + (across / 0.2).powi(2);
         assert!((r - 1.0).abs() < 0.02, "{x} {y}: {r}");
     }
+}
+
+/// A map of one pose that saw nothing.
+fn lone_pose() -> SlamMap {
+    let mut one = SlamMap { poses: vec![Pose2::IDENTITY], ..Default::default() };
+    one.observations.end_pose();
+    one
+}
+
+#[test]
+fn errors_are_coloured_by_size_with_the_largest_on_top() {
+    let one = lone_pose();
+    // 100 errors of 1 to 100 cm: the bulk ends at 0.95 m, so the classes are quarters of a metre.
+    let errors: Vec<(Vec2, f64)> = (1..=100).map(|k| (Vec2::zeros(), 0.01 * f64::from(k))).collect();
+    let placed = PlacedErrors { what: "error".into(), errors };
+    let picture = map(&one, &MapPictureOptions { errors: Some(placed), ..Default::default() });
+    let counts: Vec<usize> = items(&picture)
+        .filter_map(|i| if let Item::Shapes { outlines, .. } = i { Some(outlines) } else { None })
+        .filter(|outlines| outlines.iter().all(|o| o.len() == 8))
+        .map(Vec::len)
+        .collect();
+    assert_eq!(counts, [24, 25, 25, 25, 1], "small ones first");
+    let words = texts(&picture);
+    for label in ["error (m)", "< 0.25", "0.25+", "0.5+", "0.75+", "1+"] {
+        assert!(words.contains(&label), "{label} in {words:?}");
+    }
+}
+
+#[test]
+fn errors_of_odd_size_are_drawn_without_a_fault() {
+    let one = lone_pose();
+    for sizes in [&[][..], &[0.0], &[0.0, f64::NAN], &[f64::INFINITY], &[1e-300, 1e300]] {
+        let errors = sizes.iter().map(|&e| (Vec2::zeros(), e)).collect();
+        let placed = PlacedErrors { what: "error".into(), errors };
+        let picture =
+            map(&one, &MapPictureOptions { size_px: 200, errors: Some(placed), ..Default::default() });
+        assert!(texts(&picture).contains(&"error (m)"), "{sizes:?}");
+        picture.to_png();
+    }
+}
+
+#[test]
+fn red_and_blue_strokes_that_were_only_laid_over_a_map_are_explained() {
+    let one = lone_pose();
+    let overlay = |colour| Overlay {
+        ends: [Vec2::zeros(), Vec2::new(1.0, 0.0)],
+        label: "1".into(),
+        colour,
+        width_px: 5.0,
+    };
+    let drawn = |overlays| map(&one, &MapPictureOptions { overlays, ..Default::default() });
+    let both = drawn(vec![overlay(Colour::RED), overlay(Colour::BLUE)]);
+    assert!(texts(&both).contains(&"stroke a") && texts(&both).contains(&"stroke b"), "{:?}", texts(&both));
+    assert!(!texts(&drawn(vec![overlay(Colour::RED)])).contains(&"stroke a"));
 }

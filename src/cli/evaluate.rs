@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use hitl_slam::error::{Error, Result};
+use hitl_slam::map::SlamMap;
 use hitl_slam::metrics::{
     self, DEFAULT_TOLERANCE_S, Evaluation, PoseError, Reference, RelationErrors, WallErrors,
 };
-use hitl_slam::render::{Mark, Plot, Series};
+use hitl_slam::render::{self, MapPictureOptions, Mark, PlacedErrors, Plot, Series};
 
 use super::{Outcome, load, out, picture, report};
 
@@ -48,6 +49,11 @@ pub struct Args {
     /// Draw the error over time (needs --truth); .png or .svg.
     #[arg(long, value_name = "X.png|X.svg", requires = "truth")]
     plot: Option<PathBuf>,
+
+    /// Draw the map with the errors coloured along the trajectory: of each pose (--truth), else of each relation at both its
+    /// poses; .png or .svg.
+    #[arg(long, value_name = "X.png|X.svg")]
+    picture: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -61,7 +67,10 @@ pub fn run(args: &Args) -> Result<Outcome> {
             format_args!("found {}, expected a number ≥ 0", args.tolerance_s),
         ));
     }
-    if let Some(path) = &args.plot {
+    if args.picture.is_some() && args.truth.is_none() && args.relations.is_none() {
+        return Err(Error::input("--picture", "found neither --truth nor --relations, expected one of them"));
+    }
+    for path in args.plot.iter().chain(&args.picture) {
         picture::check(path)?;
     }
     report::check(args.report.as_deref())?;
@@ -81,6 +90,10 @@ pub fn run(args: &Args) -> Result<Outcome> {
     let evaluation = metrics::evaluate(&map, &reference)?;
     if let Some(path) = &args.plot {
         picture::write(path, &error_plot(&evaluation.errors).draw())?;
+    }
+    if let Some(path) = &args.picture {
+        let options = MapPictureOptions { errors: Some(placed(&map, &evaluation)), ..Default::default() };
+        picture::write(path, &render::map(&map, &options))?;
     }
     report::write(args.report.as_deref(), &evaluation)?;
     if !report::is_on_stdout(args.report.as_deref()) {
@@ -174,6 +187,22 @@ impl Table {
             };
             self.line(&name, format!("{translation:.4} m, {rotation:.3} ° ({})", span.count));
         }
+    }
+}
+
+/// Where on the map the errors are: every pose that has a true one, else both poses of every relation.
+fn placed(map: &SlamMap, evaluation: &Evaluation) -> PlacedErrors {
+    let trajectory = map.trajectory();
+    let at = |pose: usize, error_m: f64| (trajectory.poses[pose].translation(), error_m);
+    match &evaluation.relations {
+        Some(relations) if evaluation.errors.is_empty() => PlacedErrors {
+            what: "error of a relation at its two poses".into(),
+            errors: relations.errors.iter().flat_map(|e| e.poses.map(|k| at(k, e.translation_m))).collect(),
+        },
+        _ => PlacedErrors {
+            what: "position error after alignment".into(),
+            errors: evaluation.errors.iter().map(|e| at(e.pose, e.translation_m)).collect(),
+        },
     }
 }
 

@@ -22,6 +22,8 @@ pub struct Ate {
 /// Error of one pose after alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseError {
+    /// Index of the pose in the estimate.
+    pub pose: usize,
     /// The truth's stamp, seconds.
     pub stamp_s: f64,
     /// Distance from the truth, metres.
@@ -37,6 +39,7 @@ pub fn ate(estimate: &Trajectory, truth: &Trajectory, pairs: &[(usize, usize)]) 
     let error = |&(i, j): &(usize, usize)| {
         let (aligned, true_pose) = (truth_from_estimate.compose(estimate.poses[i]), truth.poses[j]);
         PoseError {
+            pose: i,
             stamp_s: truth.stamps_s[j],
             translation_m: (aligned.translation() - true_pose.translation()).norm(),
             heading_rad: angle_diff(aligned.theta_rad, true_pose.theta_rad),

@@ -18,7 +18,7 @@ pub use association::{DEFAULT_TOLERANCE_S, associate};
 pub use ate::{Ate, PoseError, ate};
 pub use evaluation::{Evaluation, Reference, evaluate};
 pub use inconsistency::{Inconsistency, InconsistencyOptions, inconsistency};
-pub use relations::{RelationErrors, SPAN_LIMITS_S, SpanErrors, relation_errors};
+pub use relations::{RelationError, RelationErrors, SPAN_LIMITS_S, SpanErrors, relation_errors};
 pub use rpe::{Rpe, rpe};
 pub use walls::{ON_WALL_M, WallErrors, WallSample, wall_errors};
 pub use worst_edge::{WorstEdge, worst_edge};

@@ -32,6 +32,9 @@ pub struct RelationErrors {
     pub translation_worst_m: Option<f64>,
     /// The same by the time between the two stamps.
     pub by_span: Vec<SpanErrors>,
+    /// Error of every measured relation, in the order given, for pictures; not in the report.
+    #[serde(skip)]
+    pub errors: Vec<RelationError>,
 }
 
 /// Errors of the relations whose stamps lie `from_s..to_s` apart.
@@ -49,10 +52,17 @@ pub struct SpanErrors {
     pub rotation_mean_deg: Option<f64>,
 }
 
-struct RelationError {
-    span_s: f64,
-    translation_m: f64,
-    rotation_deg: f64,
+/// Error of one relation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RelationError {
+    /// Its two poses, indices into the trajectory.
+    pub poses: [usize; 2],
+    /// Time between its stamps, seconds.
+    pub span_s: f64,
+    /// Metres.
+    pub translation_m: f64,
+    /// Degrees.
+    pub rotation_deg: f64,
 }
 
 /// Measures a trajectory against relations. A stamp belongs to the pose nearest in time within `tolerance_s`; of
@@ -65,12 +75,14 @@ pub fn relation_errors(trajectory: &Trajectory, relations: &[Relation], toleranc
         let candidates = after.saturating_sub(1)..(after + 1).min(order.len());
         // On equal gaps the later one: an exact stamp then gives the first pose that has it.
         let nearest = candidates.rev().min_by(|&k, &l| gap(k).total_cmp(&gap(l)))?;
-        (gap(nearest) <= tolerance_s).then(|| trajectory.poses[order[nearest]])
+        (gap(nearest) <= tolerance_s).then(|| order[nearest])
     };
     let measure = |relation: &Relation| {
-        let (first, second) = (pose_at(relation.stamp_1_s)?, pose_at(relation.stamp_2_s)?);
+        let poses = [pose_at(relation.stamp_1_s)?, pose_at(relation.stamp_2_s)?];
+        let [first, second] = poses.map(|i| trajectory.poses[i]);
         let error = relation.first_from_second.between(first.between(second));
         Some(RelationError {
+            poses,
             span_s: (relation.stamp_2_s - relation.stamp_1_s).abs(),
             translation_m: error.translation().norm(),
             rotation_deg: error.theta_rad.abs().to_degrees(),
@@ -90,6 +102,7 @@ pub fn relation_errors(trajectory: &Trajectory, relations: &[Relation], toleranc
         translation_median_m: median_of_sorted(&translations),
         translation_worst_m: translations.last().copied(),
         by_span: by_span(&errors),
+        errors,
     }
 }
 

@@ -4,6 +4,7 @@
 //! Layout, top to bottom: title, the map's frame (with coordinates in its margins if there is a grid), scale bar and
 //! legend. All sizes on screen are multiples of one unit, a thousandth of the picture's size.
 
+use super::errors::{self, PlacedErrors};
 use super::heat::{self, Heat};
 use super::map_layers::{self as layers, Link, Overlay};
 use super::scene::{Anchor, Colour, Item, Picture, PixelRect};
@@ -28,6 +29,8 @@ pub struct MapPictureOptions {
     pub overlays: Vec<Overlay>,
     /// Cells to colour; the strokes and their legend are then left out.
     pub heat: Option<Heat>,
+    /// Errors to draw along the trajectory instead of poses and automatic factors; the legend is theirs.
+    pub errors: Option<PlacedErrors>,
     /// An ellipse around every pose: its position covariance (xx, xy, yy), m², world axes. Strokes' legend gives way to theirs.
     pub position_covariances: Option<Vec<[f64; 3]>>,
 }
@@ -41,6 +44,7 @@ impl Default for MapPictureOptions {
             crop: None,
             overlays: Vec::new(),
             heat: None,
+            errors: None,
             position_covariances: None,
         }
     }
@@ -53,9 +57,14 @@ pub fn map(map: &SlamMap, options: &MapPictureOptions) -> Picture {
         map,
         title: options.title.as_deref().unwrap_or(""),
         highlighted: highlighted(map),
-        strokes: if options.heat.is_some() { Vec::new() } else { own_strokes(map) },
+        strokes: if options.heat.is_some() || options.errors.is_some() {
+            Vec::new()
+        } else {
+            own_strokes(map)
+        },
         overlays: &options.overlays,
         heat: options.heat.as_ref(),
+        errors: options.errors.as_ref(),
         covariances: options.position_covariances.as_deref(),
     };
     let layout = Layout::new(&world, options, 1.0, !panel.title.is_empty());
@@ -78,6 +87,7 @@ pub fn before_after(before: &SlamMap, after: &SlamMap, options: &MapPictureOptio
         strokes: if same_points { strokes_before(before, after) } else { own_strokes(before) },
         overlays: &options.overlays,
         heat: None,
+        errors: None,
         covariances: None,
     };
     let corrections = after.human_factors.len().saturating_sub(before.human_factors.len());
@@ -93,6 +103,7 @@ pub fn before_after(before: &SlamMap, after: &SlamMap, options: &MapPictureOptio
         strokes: own_strokes(after),
         overlays: &[],
         heat: None,
+        errors: None,
         covariances: None,
     };
     let layout = Layout::new(&world, options, 1.3, true);
@@ -112,6 +123,7 @@ struct Panel<'a> {
     strokes: Vec<(Segment, Segment)>,
     overlays: &'a [Overlay],
     heat: Option<&'a Heat>,
+    errors: Option<&'a PlacedErrors>,
     covariances: Option<&'a [[f64; 3]]>,
 }
 
@@ -209,6 +221,8 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
     inside.push(layers::points(panel.map, &view, unit));
     if let Some(heat) = panel.heat {
         inside.extend(heat::cells(heat, &view, unit));
+    } else if let Some(placed) = panel.errors {
+        inside.extend(errors::dots(placed, &view, unit));
     } else {
         inside.extend(layers::poses(panel.map, &panel.highlighted, &view, unit));
         inside.extend(layers::automatic_factors(&links(panel.map), &view, unit));
@@ -229,6 +243,8 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
     around.extend(bar);
     if panel.heat.is_some() {
         around.extend(heat::legend(frame.right(), base, unit));
+    } else if let Some(placed) = panel.errors {
+        around.extend(errors::legend(placed, frame.right(), base, unit));
     } else if let Some(covariances) = panel.covariances {
         around.extend(uncertainty::legend(covariances, frame.right(), base, unit));
     } else {
@@ -242,12 +258,15 @@ fn draw(picture: &mut Picture, panel: &Panel, world: &WorldRect, layout: &Layout
 fn legend(panel: &Panel, right: f32, base: f32, left_limit: f32, unit: f32) -> Vec<Item> {
     let size = 14.0 * unit;
     let mut entries = Vec::new();
+    let is_drawn = |colour| panel.overlays.iter().any(|o| o.colour == colour);
     if !panel.strokes.is_empty() {
         entries.extend([
             ("their poses", Colour::BLUE, 0.0),
             ("stroke b", Colour::BLUE, 3.4),
             ("stroke a", Colour::RED, 7.0),
         ]);
+    } else if is_drawn(Colour::RED) && is_drawn(Colour::BLUE) {
+        entries.extend([("stroke b", Colour::BLUE, 5.0), ("stroke a", Colour::RED, 5.0)]);
     }
     let automatic = &panel.map.automatic_factors;
     if automatic.iter().any(AutomaticFactor::disagrees) {

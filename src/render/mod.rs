@@ -6,6 +6,7 @@
 
 mod axis;
 mod density;
+mod errors;
 mod heat;
 mod information;
 mod map_layers;
@@ -19,6 +20,7 @@ mod tiled;
 mod uncertainty;
 mod viewport;
 
+pub use errors::PlacedErrors;
 pub use heat::Heat;
 pub use information::{information, mode_colour};
 pub use map_layers::Overlay;

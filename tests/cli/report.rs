@@ -161,6 +161,21 @@ fn the_settings_are_echoed() {
 }
 
 #[test]
+fn evaluate_draws_errors_along_the_trajectory_and_says_of_what() {
+    let bench = Bench::with_loop("picture-evaluate");
+    bench.scratch.file("relations", "0 1 0 0 0 0 0 0\n0 100 0 0 0 0 0 0\n");
+    for (reference, legend) in [
+        ("--relations relations", "error of a relation at its two poses (m)"),
+        ("--truth run/truth.tum", "position error after alignment (m)"),
+        ("--truth run/truth.tum --relations relations", "position error after alignment (m)"),
+    ] {
+        bench.good(&format!("evaluate run/map.npz {reference} --picture e.svg"));
+        let svg = std::fs::read_to_string(bench.scratch.path("e.svg")).unwrap();
+        assert!(svg.contains(legend), "{reference}: no {legend}");
+    }
+}
+
+#[test]
 fn the_report_of_evaluate_has_what_was_asked_for_and_no_more() {
     let bench = Bench::with_loop("report-evaluate");
     bench.good("evaluate run/map.npz --report r.json");

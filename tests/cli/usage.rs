@@ -67,6 +67,14 @@ fn wrong_values_of_flags_are_named_with_the_flag() {
             "evaluate run/map.npz --truth run/truth.tum --plot x.gif",
             "x.gif: found .gif, expected .png or .svg",
         ),
+        (
+            "evaluate run/map.npz --picture x.png",
+            "--picture: found neither --truth nor --relations, expected",
+        ),
+        (
+            "evaluate run/map.npz --truth run/truth.tum --picture x.gif",
+            "x.gif: found .gif, expected .png or .svg",
+        ),
         ("evaluate run/map.npz --tolerance-s -1", "--tolerance-s: found -1, expected"),
         ("render run/map.npz -o x.png --size-px 3", "--size-px <N>: found '3', expected 120..=7000"),
         ("render run/map.npz -o x.png --crop 1,1,1,1", "--crop: found \"1,1,1,1\", expected x0,y0,x1,y1"),
