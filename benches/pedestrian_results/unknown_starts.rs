@@ -7,6 +7,10 @@ use hitl_slam::geometry::Segment;
 use hitl_slam::pedestrian::picture::HexPicture;
 
 const BUILDINGS: [&str; 7] = ["GHC7", "NSH3", "AHG2", "NYU19", "GDC1", "GDC2", "GDC3"];
+/// First seeds of buildings and of offices, and how many of each: none that anything was tuned on.
+const FIRST_SEED: u64 = 5;
+const FIRST_OFFICE: u64 = 21;
+const UNSEEN: u64 = 5;
 /// Walkers who go between the same places.
 const SHARING: usize = 3;
 /// A walker shares ways with the others if so much of its true way is theirs: square metres of floor, and share.
@@ -177,10 +181,10 @@ fn tally_row(text: &mut String, name: &str, t: &Tally) {
 }
 
 pub fn chapter(text: &mut String) -> Vec<Claim> {
-    let seeds = if is_quick() { 2 } else { SEEDS };
+    let seeds = if is_quick() { 2 } else { UNSEEN };
     let _ = writeln!(
         text,
-        "\n## Unknown start frames\n\nThree walkers go between the same four places for 10 minutes, each from its own start in its own frame; a fourth stays where nobody else goes (where the building has room for that), a fifth walked in another building. {seeds} seeds a building: seven real floor plans, and offices made of the seed. 2,000 particles, default noise, 2 joint iterations.\n\nOff: a walker's start pose in the first walker's frame, whose own start is given, against the truth. That includes the first walker's own heading error at its start (0.3° in the simulation), which moves a start 60 m away by 0.3 m; *in the map*: the same with the first walker's path laid onto the truth. Walkers count whose true way is at least half, and at least {COMMON_M2} m², that of the others. A simulation counts as within if all of them are placed within {} m and {}°.\n\n| building | simulations | within | walkers who share ways | placed | within | within in the map | off, m: median, 95 % | off, °: median, 95 % | strangers left out | path error after the iterations, m | CPU s each |\n|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "\n## Unknown start frames\n\nThree walkers go between the same four places for 10 minutes, each from its own start in its own frame; a fourth stays where nobody else goes (where the building has room for that), a fifth walked in another building. {seeds} seeds a building, from {FIRST_SEED} on: seven real floor plans; and twice as many offices made of the seed, from {FIRST_OFFICE} on. Nothing was tuned on these seeds: the search was on buildings 1–2 and offices 1–12, the rule of who is placed on buildings 1–3 and offices 1–4. 2,000 particles, default noise, 2 joint iterations.\n\nOff: a walker's start pose in the first walker's frame, whose own start is given, against the truth. That includes the first walker's own heading error at its start (0.3° in the simulation), which moves a start 60 m away by 0.3 m; *in the map*: the same with the first walker's path laid onto the truth. Walkers count whose true way is at least half, and at least {COMMON_M2} m², that of the others. A simulation counts as within if all of them are placed within {} m and {}°.\n\n| building | simulations | within | walkers who share ways | placed | within | within in the map | off, m: median, 95 % | off, °: median, 95 % | strangers left out | path error after the iterations, m | CPU s each |\n|---|---|---|---|---|---|---|---|---|---|---|---|",
         WITHIN.0, WITHIN.1
     );
     let mut total = Tally::default();
@@ -188,10 +192,10 @@ pub fn chapter(text: &mut String) -> Vec<Claim> {
     buildings.extend(BUILDINGS.iter().filter_map(|b| Some((*b, Some(floor_plan(b)?)))));
     for (name, walls) in &buildings {
         let mut tally = Tally::default();
-        let count = if walls.is_none() { 2 * seeds } else { seeds };
-        for seed in 1..=count {
+        let (from, count) = if walls.is_none() { (FIRST_OFFICE, 2 * seeds) } else { (FIRST_SEED, seeds) };
+        for seed in from..from + count {
             let (simulation, outcome) = one(walls.as_deref(), seed, &mut tally);
-            if seed == 1 && (*name == "GHC7" || buildings.len() == 1) {
+            if seed == from && (*name == "GHC7" || buildings.len() == 1) {
                 pictures(&simulation, &outcome);
             }
         }

@@ -22,9 +22,10 @@ use super::walk::Walk;
 use crate::error::Result;
 use crate::geometry::{Pose2, Vec2, wrap_angle};
 
-/// A walker's best place must have so much more evidence than the next one, as a share of its evidence against itself.
-/// Not safe yet: some strangers reach it (docs/DECISIONS.md).
-const ENOUGH: f64 = 0.13;
+/// A walker is placed if support (that many times) less rival reaches [`ENOUGH`], both as shares of the evidence against itself:
+/// a look-alike costs one who fits well less than one who hardly fits. Where both come from: docs/DECISIONS.md.
+const WEIGHT_OF_FIT: f64 = 1.2;
+const ENOUGH: f64 = 0.29;
 /// Rounds of estimating scales from paths that are consistent.
 const RESCALINGS: usize = 5;
 /// The start pose is that of the dead reckoning of so many metres, laid onto the path that was found.
@@ -100,7 +101,7 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         for (&j, fit) in open.iter().zip(fits) {
             let Some(fit) = fit else { continue };
             (alignment.support[j], alignment.rival[j]) = (fit.support, fit.rival);
-            if fit.support - fit.rival >= ENOUGH {
+            if WEIGHT_OF_FIT * fit.support - fit.rival >= ENOUGH {
                 members[j].put(fit.placing);
                 alignment.scales[j] = fit.placing.scale;
                 (alignment.placed[j], found_one) = (true, true);

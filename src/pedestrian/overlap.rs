@@ -17,8 +17,8 @@ const RADII_M: [f64; 2] = [1.5, 0.75];
 /// A path is drawn in copies that are moved by this much, metres: its own uncertainty, and hides the cells' borders.
 const BLUR_M: f64 = 0.35;
 const COPIES: usize = 7;
-/// Candidates that are refined.
-const REFINED: usize = 8;
+/// Candidates that are refined: with few of them the next best place is missed, and a chance fit looks like the only one.
+const REFINED: usize = 24;
 /// Coordinate search: radians, metres and share of the scale, halved several times.
 const FIRST_STEP: [f64; 3] = [0.03, 0.5, 0.01];
 const HALVINGS: usize = 4;
