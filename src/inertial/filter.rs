@@ -212,7 +212,7 @@ impl Filter {
     }
 }
 
-/// [v]×.
+/// The matrix of v×.
 pub fn cross(v: Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
 }

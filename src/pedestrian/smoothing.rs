@@ -6,7 +6,7 @@
 //! min Σ ‖Tᵏ⁺¹ ⊖ Tᵏ·Δₖ‖²_Ωₖ + Σ ρ((n·(pᵏ − qᵏ)/σ)²)
 //!
 //! T: the walker's pose after every few steps, Δ and Ω: its dead reckoning in between and the noise of
-//! [`OdometryNoise`](super::OdometryNoise), carried along; q: the place on another pass over the same way (an earlier or later one of the
+//! [`OdometryNoise`], carried along; q: the place on another pass over the same way (an earlier or later one of the
 //! same walker, or somebody else's), n the normal of that pass there. Along a way nothing is tied. Which pass is tied to which
 //! is found anew in every round, so that it is an iterated closest point on paths, with the odometry as its stiffness.
 

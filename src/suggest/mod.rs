@@ -1,6 +1,6 @@
 //! Where a correction would help most: places ranked, each with two strokes ready to be looked at and applied.
 //!
-//! Like a person who looks the map through: first faults of the chain ([`faults`]: a torn step, a slip), since nothing
+//! Like a person who looks the map through: first faults of the chain (a torn step, a slip), since nothing
 //! else means anything before they are mended; then visits that were matched with each other and lie apart. The strokes
 //! are drawn on walls that both visits show. Every candidate is tried on a copy of the map, and the one
 //! after which most of *all* matches agree comes first: a right correction brings other places together too, a wrong match tears
