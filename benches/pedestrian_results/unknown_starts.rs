@@ -91,16 +91,7 @@ fn path_to_truth(simulation: &Simulation, j: usize, path: &[Vec2]) -> Pose2 {
     let own = || simulation.truth.iter().filter(|t| t.walker == walk.name);
     let from: Vec<Vec2> = own().filter_map(|t| walk.position_at(path, t.stamp_s)).collect();
     let to: Vec<Vec2> = own().map(|t| t.position).collect();
-    let centre = |v: &[Vec2]| v.iter().sum::<Vec2>() / v.len() as f64;
-    let (a, b) = (centre(&from), centre(&to));
-    let (mut dot, mut cross) = (0.0, 0.0);
-    for (p, q) in from.iter().zip(&to) {
-        dot += (p - a).dot(&(q - b));
-        cross += (p - a).perp(&(q - b));
-    }
-    let turn = Pose2::new(0.0, 0.0, cross.atan2(dot));
-    let t = b - turn.rotate(a);
-    Pose2::new(t.x, t.y, turn.theta_rad)
+    metrics::rigid_fit(&from, &to)
 }
 
 fn one(walls: Option<&[Segment]>, seed: u64, tally: &mut Tally) -> (Simulation, Outcome) {

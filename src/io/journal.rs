@@ -6,7 +6,7 @@
 //! the disk: this outlives the program however it ends; a power cut may take the last moments, of answers and lines alike.
 
 use std::collections::VecDeque;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::{Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -120,15 +120,7 @@ impl Appended {
         let io = |e| Error::io(path, e);
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(io)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                let message =
-                    "found that another hitl has it open, expected to be alone: close the other one";
-                return Err(Error::input(path.display(), message));
-            }
-            Err(TryLockError::Error(e)) => return Err(io(e)),
-        }
+        super::lock::alone(&file, path)?;
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(io)?;
         text.truncate(text.iter().rposition(|&b| b == b'\n').map_or(0, |k| k + 1));

@@ -11,6 +11,7 @@ pub mod g2o;
 mod ids;
 pub mod imu;
 pub mod journal;
+pub mod lock;
 pub mod native;
 pub mod occupancy;
 pub mod paths;

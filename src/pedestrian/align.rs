@@ -205,16 +205,7 @@ impl Member {
         let from: Vec<Vec2> =
             self.walk.track(Pose2::IDENTITY)[..=count].iter().map(|p| p.translation()).collect();
         let to: Vec<Vec2> = poses[..=count].iter().map(|p| p.translation()).collect();
-        let middle = |v: &[Vec2]| v.iter().sum::<Vec2>() / v.len() as f64;
-        let (a, b) = (middle(&from), middle(&to));
-        let (mut dot, mut cross) = (0.0, 0.0);
-        for (p, q) in from.iter().zip(&to) {
-            dot += (p - a).dot(&(q - b));
-            cross += (p - a).perp(&(q - b));
-        }
-        let turn = Pose2::new(0.0, 0.0, cross.atan2(dot));
-        let t = b - turn.rotate(a);
-        Pose2::new(t.x, t.y, turn.theta_rad)
+        super::metrics::rigid_fit(&from, &to)
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::transition_map::TransitionMap;
 use super::walk::{TruthPoint, Walk};
-use crate::geometry::{Segment, Vec2};
+use crate::geometry::{Pose2, Segment, Vec2};
 
 /// Mean entropy of a step out of a hexagon, bits: Σ_h N_h H_h / Σ N_h with H_h = −Σ_e p_e log₂ p_e and
 /// p_e = (N_h^e + α)/(N_h + 6α). At most log₂ 6 = 2.58; the clearer the map, the lower.
@@ -115,4 +115,18 @@ fn intersects(a: Vec2, b: Vec2, wall: &Segment) -> bool {
     let [p, q] = wall.ends();
     let side = |a: Vec2, b: Vec2, c: Vec2| (b - a).perp(&(c - a));
     side(a, b, p) * side(a, b, q) < 0.0 && side(p, q, a) * side(p, q, b) < 0.0
+}
+
+/// Rigid motion that lays points onto others best (least squares), both in one order.
+pub fn rigid_fit(from: &[Vec2], to: &[Vec2]) -> Pose2 {
+    let middle = |v: &[Vec2]| v.iter().sum::<Vec2>() / v.len() as f64;
+    let (a, b) = (middle(from), middle(to));
+    let (mut dot, mut cross) = (0.0, 0.0);
+    for (p, q) in from.iter().zip(to) {
+        dot += (p - a).dot(&(q - b));
+        cross += (p - a).perp(&(q - b));
+    }
+    let turn = Pose2::new(0.0, 0.0, cross.atan2(dot));
+    let t = b - turn.rotate(a);
+    Pose2::new(t.x, t.y, turn.theta_rad)
 }

@@ -1,15 +1,12 @@
 //! The file: append only, every event on disk before it counts, one writer at a time.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::{Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use super::{Entry, Header, History};
 use crate::error::{Error, Result};
-
-/// So often a file that another one holds is tried again.
-const LOCK_TRIES: usize = 10;
+use crate::io::lock;
 
 /// A session's file, open for more.
 #[derive(Debug)]
@@ -101,15 +98,7 @@ impl Log {
         }
         let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
         let mut file = options.map_err(unwritable)?;
-        match lock(&file) {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                let message =
-                    "found that another hitl has it open, expected to be alone: close the other one";
-                return Err(Error::input(path.display(), message));
-            }
-            Err(TryLockError::Error(e)) => return Err(io(e)),
-        }
+        lock::alone(&file, path)?;
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(io)?;
         let mut log = Log { path: path.into(), file, end: 0 };
@@ -155,17 +144,6 @@ impl Log {
         self.end += bytes.len() as u64;
         Ok(())
     }
-}
-
-/// Whoever held the file may let go a moment later: a child process has its own hold on it until it is a program of its own.
-fn lock(file: &File) -> std::result::Result<(), TryLockError> {
-    for _ in 0..LOCK_TRIES {
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(20)),
-            other => return other,
-        }
-    }
-    file.try_lock()
 }
 
 /// Makes a new file's name last through a power cut, where the system can do that.
