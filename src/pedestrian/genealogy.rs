@@ -3,8 +3,9 @@
 //! One layer per step. Lines that died out are pruned now and then, so that long walks with revisits need little
 //! more than the surviving lines (Jacob, Murray & Rubenthaler 2015).
 
-/// Prune when this many positions are held, and again whenever their number has doubled since.
-const PRUNE_AT: usize = 1 << 21;
+/// Prune when this many positions are held, and again whenever their number has doubled since: often and a little, for whoever
+/// waits for the step in which it happens.
+const PRUNE_AT: usize = 1 << 19;
 
 #[derive(Debug, Clone, Default)]
 struct Layer {
@@ -56,41 +57,39 @@ impl Genealogy {
         (layer.positions[particle], layer.parents.get(particle).map_or(particle, |&p| p as usize))
     }
 
+    /// From the last layer back: who has no child is forgotten. Parents ascend as their children do (systematic resampling
+    /// keeps the order), so one pass over the children finds them, however many there were.
     fn prune(&mut self) {
         for k in (1..self.layers.len()).rev() {
             let (before, rest) = self.layers.split_at_mut(k);
             let (parent_layer, layer) = (&mut before[k - 1], &mut rest[0]);
-            let mut new_index = vec![u32::MAX; parent_layer.positions.len()];
-            let count = layer.positions.len();
-            if layer.parents.is_empty() && count == parent_layer.positions.len() {
+            let (count, whole) = (layer.positions.len(), parent_layer.positions.len());
+            if layer.parents.is_empty() && count == whole {
                 continue;
             }
-            let parent_of = |i: usize| layer.parents.get(i).map_or(i, |&p| p as usize);
-            for i in 0..count {
-                new_index[parent_of(i)] = 0;
+            if layer.parents.is_empty() {
+                layer.parents = (0..count as u32).collect();
             }
-            let mut kept = 0;
-            for (old, index) in new_index.iter_mut().enumerate() {
-                if *index == 0 {
-                    *index = kept as u32;
+            let (mut kept, mut last) = (0, None);
+            // A layer whose parents were "the same index" keeps that meaning only while it is whole.
+            let was_same = parent_layer.parents.is_empty();
+            for parent in &mut layer.parents {
+                let old = *parent as usize;
+                if last != Some(old) {
+                    last = Some(old);
                     parent_layer.positions[kept] = parent_layer.positions[old];
-                    if !parent_layer.parents.is_empty() {
+                    if was_same {
+                        parent_layer.parents.push(old as u32);
+                    } else {
                         parent_layer.parents[kept] = parent_layer.parents[old];
                     }
                     kept += 1;
                 }
-            }
-            let parents = (0..count).map(|i| new_index[parent_of(i)]).collect();
-            layer.parents = parents;
-            // A layer whose parents were "the same index" keeps that meaning only while it is whole.
-            let whole = parent_layer.positions.len();
-            if parent_layer.parents.is_empty() && kept < whole {
-                let old_of_kept = (0..whole).filter(|&old| new_index[old] != u32::MAX);
-                parent_layer.parents = old_of_kept.map(|old| old as u32).collect();
+                *parent = kept as u32 - 1;
             }
             parent_layer.positions.truncate(kept);
-            parent_layer.parents.truncate(kept);
             parent_layer.positions.shrink_to_fit();
+            parent_layer.parents.truncate(if was_same && kept == whole { 0 } else { kept });
             parent_layer.parents.shrink_to_fit();
         }
         self.held = self.layers.iter().map(|l| l.positions.len()).sum();

@@ -29,12 +29,12 @@ pub struct Tail {
     length: u16,
 }
 
-/// An older part of a path.
-#[derive(Debug, Clone, Default)]
+/// An older part of a path, and the box around it.
+#[derive(Debug, Clone, Copy)]
 struct Chunk {
-    cells: Vec<u16>,
     low: [u16; 2],
     high: [u16; 2],
+    path: Tail,
 }
 
 /// What a particle's path was before its tail: a table of the oldest part, then chunks.
@@ -98,16 +98,22 @@ impl Tail {
         self.length = other.length;
     }
 
+    /// How often the path was in a cell.
+    #[inline(always)]
+    fn stays(&self, cell: u16) -> u16 {
+        let mut equal = 0_u16;
+        for block in self.cells[..(self.length as usize).next_multiple_of(16)].chunks_exact(16) {
+            equal += block.iter().map(|&c| u16::from(c == cell)).sum::<u16>();
+        }
+        equal
+    }
+
     /// (N_h^e, N_h) of this part of the path, h being the last cell and e leading to `to`.
     #[inline(always)]
     fn counts_here(&self, to: u16) -> (u32, u32) {
         let length = self.length as usize;
         let here = self.cells[length - 1];
-        let mut equal = 0_u16;
-        for block in self.cells[..length.next_multiple_of(16)].chunks_exact(16) {
-            equal += block.iter().map(|&c| u16::from(c == here)).sum::<u16>();
-        }
-        if equal == 1 {
+        if self.stays(here) == 1 {
             // First time in this cell: the only crossing is the one that led here.
             return match length {
                 1 => (0, 0),
@@ -165,8 +171,9 @@ impl Archive {
         for &chunk in &past.chunks {
             let chunk = &self.chunks[chunk as usize];
             let inside = (column >= chunk.low[0]) & (column <= chunk.high[0]);
-            if inside & (row >= chunk.low[1]) & (row <= chunk.high[1]) {
-                let (e, c) = crossings(&chunk.cells, here, to);
+            // Most chunks around a cell never came through it, and looking for one number is quick.
+            if inside & (row >= chunk.low[1]) & (row <= chunk.high[1]) && chunk.path.stays(here) > 0 {
+                let (e, c) = crossings(chunk.path.cells(), here, to);
                 (at_edge, at_cell) = (at_edge + e, at_cell + c);
             }
         }
@@ -185,7 +192,7 @@ impl Archive {
             }
         }
         past.chunks.push(self.chunks.len() as u32);
-        self.chunks.push(Chunk { cells: tail.cells().to_vec(), low, high });
+        self.chunks.push(Chunk { low, high, path: *tail });
         *tail = Tail::new(tail.last());
         self.listed += 1;
     }
@@ -209,15 +216,15 @@ impl Archive {
             };
             // Stays at the same particle: the next chunk may be shared as well.
             let mut grown = self.tables.get(table as usize).cloned().unwrap_or_default();
-            grown.add(layout, &self.chunks[oldest as usize].cells);
+            grown.add(layout, self.chunks[oldest as usize].path.cells());
             for past in &mut pasts[first..first + family] {
                 past.chunks.remove(0);
                 past.table = self.tables.len() as u32;
             }
             self.tables.push(grown);
         }
-        keep(&mut self.tables, pasts.iter_mut().map(|p| &mut p.table).filter(|t| **t != NONE));
-        keep(&mut self.chunks, pasts.iter_mut().flat_map(|p| &mut p.chunks));
+        keep(&mut self.tables, pasts, |past| std::slice::from_mut(&mut past.table));
+        keep(&mut self.chunks, pasts, |past| &mut past.chunks);
         self.listed = pasts.iter().map(|p| p.chunks.len()).sum();
         self.tidy_at = 2 * self.listed;
     }
@@ -241,7 +248,7 @@ impl Archive {
             map(Piece::Path(tail.cells(), weight));
         }
         for (chunk, &weight) in self.chunks.iter().zip(&chunk_weights).filter(|(_, w)| **w > 0) {
-            map(Piece::Path(&chunk.cells, weight));
+            map(Piece::Path(chunk.path.cells(), weight));
         }
         for (table, &weight) in self.tables.iter().zip(&table_weights).filter(|(_, w)| **w > 0) {
             for (cell, edge, count) in table.edges() {
@@ -259,17 +266,24 @@ pub enum Piece<'a> {
     Edge(u16, usize, u64),
 }
 
-/// Keeps the items that are referred to, and renumbers the references.
-fn keep<'a, T: Default>(items: &mut Vec<T>, references: impl Iterator<Item = &'a mut u32>) {
-    let mut renumbered = vec![NONE; items.len()];
-    let mut kept = Vec::new();
-    for reference in references {
-        let number = &mut renumbered[*reference as usize];
+/// Keeps the items that are referred to, in their place in memory, and renumbers the references.
+fn keep<T>(items: &mut Vec<T>, pasts: &mut [&mut Past], references: impl Fn(&mut Past) -> &mut [u32]) {
+    let mut numbers = vec![NONE; items.len()];
+    let mut each = |change: &mut dyn FnMut(&mut u32)| {
+        let all = pasts.iter_mut().flat_map(|past| references(past));
+        all.filter(|reference| **reference != NONE).for_each(change);
+    };
+    each(&mut |reference| numbers[*reference as usize] = 0);
+    let (mut next, mut kept) = (0, 0);
+    items.retain(|_| {
+        let number = &mut numbers[next];
+        next += 1;
         if *number == NONE {
-            *number = kept.len() as u32;
-            kept.push(std::mem::take(&mut items[*reference as usize]));
+            return false;
         }
-        *reference = *number;
-    }
-    *items = kept;
+        *number = kept;
+        kept += 1;
+        true
+    });
+    each(&mut |reference| *reference = numbers[*reference as usize]);
 }

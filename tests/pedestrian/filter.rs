@@ -146,7 +146,7 @@ fn the_fast_filter_equals_the_naive_one_bit_for_bit() {
         (2, 60, 300, Norm::Literal),
         (3, 40, 2000, Norm::Uniform),
         (4, 700, 60, Norm::Fresh),   // long enough for chunks of path
-        (5, 400, 1100, Norm::Fresh), // and for tables of what relatives share
+        (5, 500, 1100, Norm::Fresh), // and for tables of what relatives share, and for lines that died out to be pruned
     ] {
         let steps = random_steps(seed, count);
         let grid = HexGrid { radius_m: 0.5, angle_rad: 0.2 * seed as f64, origin: Vec2::new(0.3, 0.1) };
