@@ -1,5 +1,8 @@
 //! Where a correction would help most: right places, in the right order, and nothing where nothing is wrong.
 
+use std::path::Path;
+
+use hitl_slam::front_end::{self, Chain};
 use hitl_slam::geometry::Pose2;
 use hitl_slam::map::{Observations, SlamMap, Stroke};
 use hitl_slam::metrics;
@@ -72,6 +75,25 @@ fn a_torn_step_is_suggested_first_and_named() {
         let [before, after] = [0, found.len()].map(|n| ate_m(&map, &s.truth, &found, n));
         assert!(after < 0.1 * before, "seed {seed}: {before} → {after} m, {found:#?}");
     }
+}
+
+#[test]
+fn a_torn_step_of_a_real_chain_is_named_where_a_metre_of_it_shows_too_little() {
+    // Seeds 3 and 5 tear steps in whose metre the robot turns into a door, or looks past every wall.
+    let log = hitl_slam::io::carmen::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("data/aces.clf.bz2"))
+        .expect("a log")
+        .value;
+    let chain = Chain::ScanMatch { progress: &|_| {} };
+    let sound = front_end::build(&log, chain, &front_end::Options::for_scan_matching()).expect("a chain").0;
+    for seed in [3, 5] {
+        let kick = damage::Settings { kind: Damage::Kick, count: 1, seed };
+        let (map, done) = damage::map(&sound, &kick).expect("a kick");
+        let first = &suggest(&map, &Options { most: 1, ..Options::default() }).expect("suggestions")[0];
+        let named = format!("between poses {} and {}", done[0].first, done[0].last);
+        assert!(first.kind == Kind::Break && first.reason.contains(&named), "{named}: {first:?}");
+    }
+    let found = suggest(&sound, &Options { most: 1, ..Options::default() }).expect("suggestions");
+    assert!(found.iter().all(|s| s.kind != Kind::Break), "a fault in a sound chain: {found:?}");
 }
 
 #[test]

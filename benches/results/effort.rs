@@ -22,8 +22,6 @@ const USUAL: usize = 4;
 /// Strokes that each damage may cost.
 const PER_DAMAGE: usize = 2;
 const SEEDS: u64 = 20;
-/// A log whose damage the front end heals itself needs fewer.
-const HEALED_SEEDS: u64 = 4;
 /// "Good again": within so much of the undamaged result.
 const GOOD: f64 = 1.2;
 
@@ -159,13 +157,11 @@ fn damages(section: &mut Section, aces: &Aces) -> Result<()> {
         claims.push(back_to_good(&format!("{kind} in the chain"), &courses, good_m));
     }
     for kind in Kind::ALL {
-        let heals = matches!(kind, Kind::Kick | Kind::Slip | Kind::Drift);
-        let seeds = if heals { &seeds[..HEALED_SEEDS as usize] } else { &seeds[..] };
-        let courses = runs::parallel(seeds, |&seed| {
+        let courses = runs::parallel(&seeds, |&seed| {
             let (log, _) = damage::log(log, &damage::Settings { kind, count: 1, seed })?;
             both(&scan_matched(&log)?, seed)
         })?;
-        row(&format!("{kind}, in the log ({} seeds)", seeds.len()), &courses);
+        row(&format!("{kind}, in the log"), &courses);
         claims.push(back_to_good(&format!("{kind} in the log"), &courses, good_m));
         let closed = Sample::of(courses.iter().map(|e| e.1[1]));
         claims.push(Claim {

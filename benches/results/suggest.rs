@@ -17,7 +17,7 @@ use crate::stats::Sample;
 /// Errors after so many suggestions.
 const COUNTS: [usize; 5] = [0, 1, 2, 4, 8];
 /// Of a chain with one step torn by 30°.
-const KICKS: u64 = 10;
+const KICKS: u64 = 20;
 
 /// Errors of one map after so many suggestions, how many there were, and whether the first names the torn step.
 struct Course {

@@ -23,6 +23,9 @@ const FITS: f64 = 0.8;
 
 /// So many points that fit near the estimate make a search needless.
 const ENOUGH: f64 = 0.8;
+/// Where fewer points than this fit as the map stands, and not enough as matched, too little is seen from both ends: each edge
+/// within is compared by itself.
+const TOO_FEW: f64 = 0.5;
 
 /// A piece of the chain, and how what was seen from its two ends fits.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +42,7 @@ pub struct Step {
     pub matched: Option<AutomaticFactor>,
 }
 
-/// All steps of the chain, about a metre (or 30° of turning) each, in order.
+/// All steps of the chain, about a metre (or 30° of turning) each, in order; single edges where a metre is too much to compare.
 pub fn compare_steps(map: &SlamMap) -> Vec<Step> {
     let path_m = map.path_lengths_m();
     let mut ends: Vec<usize> = Vec::new();
@@ -53,7 +56,16 @@ pub fn compare_steps(map: &SlamMap) -> Vec<Step> {
         }
     }
     let places = Places { poses: &map.poses, observations: &map.observations, path_m: &path_m };
-    ends.par_windows(2).map(|pair| compare(map, &places, pair[0], pair[1])).collect()
+    let steps = ends.par_windows(2).flat_map_iter(|pair| {
+        let (i, j) = (pair[0], pair[1]);
+        let step = compare(map, &places, i, j);
+        if step.inliers >= TOO_FEW || step.matched.is_some_and(|m| m.inliers >= ENOUGH) {
+            return vec![step];
+        }
+        let seen: Vec<usize> = (i..=j).filter(|&p| !map.observations.range(p).is_empty()).collect();
+        seen.windows(2).map(|edge| compare(map, &places, edge[0], edge[1])).collect()
+    });
+    steps.collect()
 }
 
 /// One step from pose i to a later pose j.
