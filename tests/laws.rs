@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use hitl_slam::geometry::{Information, Pose2, Scatter, Segment, Vec2, angle_diff, cos_sin, wrap_angle};
+use hitl_slam::geometry::{
+    Information, Pose2, Scatter, Segment, Vec2, angle_diff, cos_sin, cos_sin_of, wrap_angle,
+};
 use nalgebra::Matrix3;
 
 use crate::support::Dice;
@@ -34,6 +36,13 @@ fn our_cosine_and_sine_are_the_librarys_up_to_the_last_digit() {
         let [cos, sin] = cos_sin(angle);
         let off = (cos - angle.cos()).abs().max((sin - angle.sin()).abs());
         assert!(off <= 2.3e-16, "{angle}: {off:e}");
+        if let Some([cosines, sines]) = cos_sin_of([0.3, angle, -2.0, angle]) {
+            assert_eq!(
+                [cosines[1], sines[1], cosines[3], sines[3]],
+                [cos, sin, cos, sin],
+                "{angle}, one of four"
+            );
+        }
     }
     assert!(cos_sin(f64::NAN)[0].is_nan() && cos_sin(f64::INFINITY)[1].is_nan());
 }

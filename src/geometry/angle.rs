@@ -27,30 +27,43 @@ const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
 /// Quarter turns beyond which the reduction would lose digits.
 const MOST_QUARTERS: f64 = 1_048_576.0;
 
-/// (cos, sin) of an angle of any size, to within 2 units of the last digit of 1: many at a time cost a third of the
-/// library's, and are the same on every machine.
+/// (cos, sin) of an angle of any size, to within 2 units of the last digit of 1: many at a time ([`cos_sin_of`]) cost a
+/// fraction of the library's, and are the same on every machine.
 #[inline]
 pub fn cos_sin(angle_rad: f64) -> [f64; 2] {
-    let shifted = angle_rad * FRAC_2_PI + TO_WHOLE;
-    let quarters = shifted - TO_WHOLE;
-    // Also false if it is not a number.
-    let reducible = quarters.abs() < MOST_QUARTERS;
-    if !reducible {
-        let (sin, cos) = angle_rad.sin_cos();
-        return [cos, sin];
+    match cos_sin_of([angle_rad]) {
+        Some([[cos], [sin]]) => [cos, sin],
+        None => {
+            let (sin, cos) = angle_rad.sin_cos();
+            [cos, sin]
+        }
     }
+}
+
+/// The same of several angles: their cosines and their sines; `None` if one is so large (or no number) that the reduction
+/// would lose digits. Without a branch inside: made to be compiled for whatever vectors there are.
+#[inline(always)]
+pub fn cos_sin_of<const N: usize>(angles_rad: [f64; N]) -> Option<[[f64; N]; 2]> {
     let [first, second, third] = QUARTER_TURN;
-    let r = ((angle_rad - quarters * first) - quarters * second) - quarters * third;
-    let z = r * r;
-    let polynomial = |c: &[f64; 6]| c[0] + z * (c[1] + z * (c[2] + z * (c[3] + z * (c[4] + z * c[5]))));
-    let sin = r + r * z * polynomial(&SIN);
-    let cos = 1.0 - (0.5 * z - z * z * polynomial(&COS));
-    match shifted.to_bits() & 3 {
-        0 => [cos, sin],
-        1 => [-sin, cos],
-        2 => [-cos, -sin],
-        _ => [sin, -cos],
+    let (mut cosines, mut sines) = ([0.0; N], [0.0; N]);
+    let mut reducible = true;
+    for k in 0..N {
+        let shifted = angles_rad[k] * FRAC_2_PI + TO_WHOLE;
+        let quarters = shifted - TO_WHOLE;
+        // Also false if it is not a number.
+        reducible &= quarters.abs() < MOST_QUARTERS;
+        let r = ((angles_rad[k] - quarters * first) - quarters * second) - quarters * third;
+        let z = r * r;
+        let polynomial = |c: &[f64; 6]| c[0] + z * (c[1] + z * (c[2] + z * (c[3] + z * (c[4] + z * c[5]))));
+        let sin = r + r * z * polynomial(&SIN);
+        let cos = 1.0 - (0.5 * z - z * z * polynomial(&COS));
+        // The quarter says which is which, and the signs: (cos, sin), (−sin, cos), (−cos, −sin), (sin, −cos).
+        let quarter = shifted.to_bits();
+        let (x, y) = if quarter & 1 == 0 { (cos, sin) } else { (sin, cos) };
+        cosines[k] = f64::from_bits(x.to_bits() ^ (((quarter + 1) & 2) << 62));
+        sines[k] = f64::from_bits(y.to_bits() ^ ((quarter & 2) << 62));
     }
+    reducible.then_some([cosines, sines])
 }
 
 /// The same direction as `angle_rad`, in (−π, π].

@@ -82,7 +82,14 @@ impl Information {
 
     /// Upper triangular U with **UᵀU = Ω**: the whitened residual is U·e.
     pub fn sqrt(&self) -> Matrix3<f64> {
-        self.matrix.cholesky().map_or_else(Matrix3::zeros, |c| c.l().transpose())
+        // Positive definite since it was made; written out, for every relative factor of a map needs it at every correction.
+        let m = &self.matrix;
+        let u00 = m[(0, 0)].sqrt();
+        let (u01, u02) = (m[(0, 1)] / u00, m[(0, 2)] / u00);
+        let u11 = (m[(1, 1)] - u01 * u01).sqrt();
+        let u12 = (m[(1, 2)] - u01 * u02) / u11;
+        let u22 = (m[(2, 2)] - u02 * u02 - u12 * u12).sqrt();
+        Matrix3::new(u00, u01, u02, 0.0, u11, u12, 0.0, 0.0, u22)
     }
 
     /// Ω for the same measurement with its translation axes turned by `angle_rad`: R Ω Rᵀ.

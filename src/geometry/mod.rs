@@ -7,7 +7,7 @@ mod pose2;
 mod scatter;
 mod segment;
 
-pub use angle::{angle_diff, cos_sin, wrap_angle};
+pub use angle::{angle_diff, cos_sin, cos_sin_of, wrap_angle};
 pub use cells::walk_cells;
 pub use information::{Information, isotropic_variances};
 pub use pose2::Pose2;

@@ -10,7 +10,8 @@ use std::borrow::Cow;
 use nalgebra::{Matrix3, Vector3};
 
 use super::problem::{JointProblem, RelativeTerm};
-use crate::geometry::{cos_sin, wrap_angle};
+use crate::geometry::{cos_sin, cos_sin_of, wrap_angle};
+use crate::solver::wide;
 use crate::solver::{Block, Linearization, Loss, PairQuadratic, Problem};
 
 /// R1 with its constants.
@@ -22,12 +23,13 @@ pub(super) struct Relative {
     w: [f64; 7],
     /// WᵀW: upper triangle, row by row.
     information: [f64; 6],
+    loss: Loss,
 }
 
 impl Relative {
     pub fn new(term: &RelativeTerm) -> Self {
         let u = Matrix3::from_row_slice(&term.sqrt_information);
-        let (s, c) = term.measured[2].sin_cos();
+        let [c, s] = cos_sin(term.measured[2]);
         let w = u * Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
         let o = w.transpose() * w;
         Relative {
@@ -35,11 +37,12 @@ impl Relative {
             measured: term.measured,
             w: [w[(0, 0)], w[(0, 1)], w[(0, 2)], w[(1, 0)], w[(1, 1)], w[(1, 2)], w[(2, 2)]],
             information: [o[(0, 0)], o[(0, 1)], o[(0, 2)], o[(1, 1)], o[(1, 2)], o[(2, 2)]],
+            loss: term.loss,
         }
     }
 
     /// r; (cos, sin) of the first pose's heading; d.
-    #[inline]
+    #[inline(always)]
     fn at(&self, x: &[Block], turns: &[[f64; 2]]) -> ([f64; 3], [f64; 2], [f64; 2]) {
         let [i, j] = self.blocks();
         let [[xi, yi, ti], [xj, yj, tj]] = [x[i], x[j]];
@@ -60,7 +63,12 @@ impl Relative {
         self.blocks.map(|b| b as usize)
     }
 
-    #[inline]
+    /// Everything but JᵀJ.
+    pub fn gradient(&self, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) {
+        let (r, turn, d) = self.at(x, turns);
+        self.gradient_of(r, turn, d, at);
+    }
+
     pub fn quadratic(&self, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) {
         let (r, turn, d) = self.at(x, turns);
         self.quadratic_of(r, turn, d, at);
@@ -73,11 +81,19 @@ impl Relative {
         self.quadratic_of(r, [c, s], [c * zx - s * zy, s * zx + c * zy], at);
     }
 
-    #[inline]
-    fn quadratic_of(&self, r: [f64; 3], [c, s]: [f64; 2], [dx, dy]: [f64; 2], at: &mut PairQuadratic) {
+    #[inline(always)]
+    fn gradient_of(&self, r: [f64; 3], [c, s]: [f64; 2], [dx, dy]: [f64; 2], at: &mut PairQuadratic) {
         let [w00, w01, w02, w10, w11, w12, w22] = self.w;
         let v = [w00 * r[0] + w10 * r[1], w01 * r[0] + w11 * r[1], w02 * r[0] + w12 * r[1] + w22 * r[2]];
         let gj = [c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]];
+        at.blocks = self.blocks();
+        at.squared_norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+        at.gradient = [[-gj[0], -gj[1], -(-dy * gj[0] + dx * gj[1] + gj[2])], gj];
+    }
+
+    #[inline(always)]
+    fn quadratic_of(&self, r: [f64; 3], [c, s]: [f64; 2], [dx, dy]: [f64; 2], at: &mut PairQuadratic) {
+        self.gradient_of(r, [c, s], [dx, dy], at);
         let [o00, o01, o02, o11, o12, o22] = self.information;
         // diag(R, 1)·WᵀW·diag(R, 1)ᵀ.
         let (a00, a01) = (c * o00 - s * o01, c * o01 - s * o11);
@@ -88,9 +104,6 @@ impl Relative {
         let (q0, q1) = (-dy, dx);
         let (m02, m12) = (h00 * q0 + h01 * q1 + h02, h01 * q0 + h11 * q1 + h12);
         let m22 = h02 * q0 + h12 * q1 + o22;
-        at.blocks = self.blocks();
-        at.squared_norm = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-        at.gradient = [[-gj[0], -gj[1], -(q0 * gj[0] + q1 * gj[1] + gj[2])], gj];
         at.own = [[h00, h01, m02, h11, m12, q0 * m02 + q1 * m12 + m22], [h00, h01, h02, h11, h12, o22]];
         // J_iᵀJ_j = −TᵀH: its last row is the last column of H·T.
         at.cross = [-h00, -h01, -m02, -h01, -h11, -m12, -h02, -h12, -m22];
@@ -99,8 +112,28 @@ impl Relative {
 
 /// (cos, sin) of the headings of poses.
 pub(super) fn turns_of(x: &[Block], turns: &mut Vec<[f64; 2]>) {
-    turns.clear();
-    turns.extend(x.iter().map(|x| cos_sin(x[2])));
+    turns.resize(x.len(), [1.0, 0.0]);
+    fill_turns(x, turns);
+}
+
+wide! {
+    fn fill_turns(x: &[Block], turns: &mut [[f64; 2]]) {
+        let (fours, rest) = x.as_chunks::<4>();
+        let (turned, turned_rest) = turns.as_chunks_mut::<4>();
+        for (x, turns) in fours.iter().zip(turned) {
+            match cos_sin_of([x[0][2], x[1][2], x[2][2], x[3][2]]) {
+                Some([cos, sin]) => {
+                    for k in 0..4 {
+                        turns[k] = [cos[k], sin[k]];
+                    }
+                }
+                None => *turns = [cos_sin(x[0][2]), cos_sin(x[1][2]), cos_sin(x[2][2]), cos_sin(x[3][2])],
+            }
+        }
+        for (x, turn) in rest.iter().zip(turned_rest) {
+            *turn = cos_sin(x[2]);
+        }
+    }
 }
 
 /// A joint problem for [`crate::solver`].
@@ -117,6 +150,13 @@ impl<'a> Compiled<'a> {
     /// With what [`Compiled::relatives`] gave before.
     pub fn again(problem: &'a JointProblem, relatives: &'a [Relative]) -> Self {
         Compiled { problem, relatives: Cow::Borrowed(relatives) }
+    }
+
+    /// In the memory of other ones.
+    pub fn new_in(problem: &'a JointProblem, relatives: &'a mut Vec<Relative>) -> Self {
+        relatives.clear();
+        relatives.extend(problem.relatives.iter().map(Relative::new));
+        Compiled::again(problem, relatives)
     }
 
     /// The relative factors of a problem, made ready.
@@ -156,7 +196,7 @@ impl Problem for Compiled<'_> {
     }
 
     fn loss_of(&self, term: usize) -> Loss {
-        self.problem.loss_of(term)
+        self.relatives.get(term).map_or_else(|| self.problem.loss_of(term), |relative| relative.loss)
     }
 
     fn residual(&self, term: usize, x: &[Block]) -> Vector3<f64> {
@@ -177,6 +217,12 @@ impl Problem for Compiled<'_> {
     fn pair_quadratic(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
         let Some(relative) = self.relatives.get(term) else { return false };
         relative.quadratic(x, turns, at);
+        true
+    }
+
+    fn pair_gradient(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
+        let Some(relative) = self.relatives.get(term) else { return false };
+        relative.gradient(x, turns, at);
         true
     }
 }

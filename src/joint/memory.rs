@@ -2,12 +2,20 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::problem::JointProblem;
-use crate::solver::Solver;
+use super::compiled::Relative;
+use crate::solver::{Block, Solver};
 
-/// A solver that waits for its next problem. Results do not depend on what it solved before.
+/// Waits for the next problem. Results do not depend on what was solved before.
 #[derive(Debug, Default)]
-pub struct Memory(Mutex<Solver>);
+pub struct Memory(Mutex<Kept>);
+
+/// What a solve works in.
+#[derive(Debug, Default)]
+pub(super) struct Kept {
+    pub solver: Solver,
+    pub relatives: Vec<Relative>,
+    pub x: Vec<Block>,
+}
 
 impl Clone for Memory {
     /// Memory of its own, still empty.
@@ -17,15 +25,13 @@ impl Clone for Memory {
 }
 
 impl Memory {
-    /// A solver ready for a problem; one of its own if this one is at work for somebody else.
-    pub(super) fn solver(&self, problem: &JointProblem) -> Solver {
-        let mut solver = self.0.try_lock().map(|mut s| std::mem::take(&mut *s)).unwrap_or_default();
-        solver.analyse(problem, problem.block_count(), &problem.held);
-        solver
+    /// What is there; empty if it is in use for somebody else.
+    pub(super) fn take(&self) -> Kept {
+        self.0.try_lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default()
     }
 
-    /// Keeps a solver for the next problem.
-    pub(super) fn keep(&self, solver: Solver) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = solver;
+    /// Keeps it for the next problem.
+    pub(super) fn keep(&self, kept: Kept) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = kept;
     }
 }

@@ -166,4 +166,8 @@ impl Problem for Weighed<'_> {
     fn pair_quadratic(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
         self.compiled.pair_quadratic(term, x, turns, at)
     }
+
+    fn pair_gradient(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
+        self.compiled.pair_gradient(term, x, turns, at)
+    }
 }

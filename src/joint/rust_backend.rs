@@ -1,7 +1,7 @@
 //! The joint problem on our own solver.
 
-use super::Memory;
 use super::compiled::Compiled;
+use super::memory::{Kept, Memory};
 use super::problem::JointProblem;
 use crate::error::Result;
 use crate::solver::{Block, Options, Report, Solver};
@@ -12,11 +12,13 @@ use crate::solver::{Block, Options, Report, Solver};
 /// [`crate::error::Error::Input`] for a malformed problem.
 pub fn solve(memory: &Memory, problem: &mut JointProblem, options: &Options) -> Result<Report> {
     problem.validate()?;
-    let mut solver = memory.solver(problem);
-    let mut x = problem.blocks();
-    let report = solve_with(&mut solver, &Compiled::new(problem), &mut x, options);
-    problem.set_blocks(&x);
-    memory.keep(solver);
+    let mut kept = memory.take();
+    let Kept { solver, relatives, x } = &mut kept;
+    problem.blocks_into(x);
+    solver.analyse(problem, x.len(), &problem.held);
+    let report = solve_with(solver, &Compiled::new_in(problem, relatives), x, options);
+    problem.set_blocks(x);
+    memory.keep(kept);
     Ok(report)
 }
 

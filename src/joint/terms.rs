@@ -10,8 +10,17 @@ use crate::solver::{Block, Linearization, Loss, Problem};
 impl JointProblem {
     /// Every block in one list: poses, segments, then start and end of every segment of `paper`.
     pub fn blocks(&self) -> Vec<Block> {
-        let ends = self.ends.iter().flatten().map(|&[x, y]| [x, y, 0.0]);
-        self.poses.iter().chain(&self.segments).copied().chain(ends).collect()
+        let mut x = Vec::with_capacity(self.block_count());
+        self.blocks_into(&mut x);
+        x
+    }
+
+    /// The same in the memory of another list.
+    pub(super) fn blocks_into(&self, x: &mut Vec<Block>) {
+        x.clear();
+        x.extend_from_slice(&self.poses);
+        x.extend_from_slice(&self.segments);
+        x.extend(self.ends.iter().flatten().map(|&[x, y]| [x, y, 0.0]));
     }
 
     /// How many those are.
@@ -79,6 +88,10 @@ impl Problem for JointProblem {
     }
 
     fn blocks_of(&self, term: usize, blocks: &mut Vec<usize>) {
+        if let Some(relative) = self.relatives.get(term) {
+            blocks.extend([relative.i, relative.j]);
+            return;
+        }
         match self.kind_of(term) {
             None => {}
             Some((TermKind::Fit, k)) => {

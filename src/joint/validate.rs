@@ -93,7 +93,8 @@ fn check_relative(t: &RelativeTerm, poses: usize) -> Check {
     if t.i >= poses || t.j >= poses || t.i == t.j {
         return Err(format!("found poses {} and {}, expected two different ones below {poses}", t.i, t.j));
     }
-    finite(t.measured.iter().chain(&t.sqrt_information))?;
+    finite(&t.measured)?;
+    finite(&t.sqrt_information)?;
     let u = &t.sqrt_information;
     let triangular = u[3] == 0.0 && u[6] == 0.0 && u[7] == 0.0;
     let regular = u[0] > 0.0 && u[4] > 0.0 && u[8] > 0.0;

@@ -17,6 +17,29 @@ pub(super) struct BlockMatrix {
     pub values: Vec<[f64; 9]>,
 }
 
+/// Scalar columns of a supernode, padded rows of its own and below.
+type Shape = (usize, usize, usize);
+
+/// So many rows of a right side are worked on where the compiler may keep them in registers.
+const SMALL: usize = 24;
+
+/// Runs a body with the shape of a supernode, compiled anew for each of the commonest: chains are made of these, and with
+/// sizes that the compiler knows, loops cost no more than their arithmetic. The same operations in the same order for all.
+macro_rules! by_shape {
+    ($node:expr, $shape:ident => $body:expr) => {
+        by_shape!($node, $shape => $body; (3, 4, 4) (3, 4, 8) (3, 4, 12) (6, 8, 4) (6, 8, 8) (9, 12, 4) (9, 12, 8))
+    };
+    ($node:expr, $shape:ident => $body:expr; $(($columns:literal, $own:literal, $below:literal))*) => {
+        match (3 * $node.columns, $node.own, $node.below) {
+            $(($columns, $own, $below) => {
+                let $shape = ($columns, $own, $below);
+                $body
+            })*
+            $shape => $body,
+        }
+    };
+}
+
 /// A numeric factor.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Factor {
@@ -59,9 +82,16 @@ impl Factor {
     }
 
     #[inline(always)]
-    fn supernode(&mut self, structure: &Structure, h: &BlockMatrix, damping: f64, s: usize) {
-        let node = structure.supernodes[s];
-        let (stride, columns, own, below) = (node.stride(), 3 * node.columns, node.own, node.below);
+    fn supernode(
+        &mut self,
+        structure: &Structure,
+        h: &BlockMatrix,
+        damping: f64,
+        node: &Supernode,
+        shape: Shape,
+    ) {
+        let (columns, own, below) = shape;
+        let stride = own + below;
         let panel = &mut self.panels[node.panel..node.panel + stride * columns];
         panel.fill(0.0);
         let diagonal = &mut self.scratch[..columns];
@@ -117,16 +147,18 @@ impl Factor {
     }
 
     #[inline(always)]
-    fn forward(&mut self, structure: &Structure, node: &Supernode, x: &mut [f64]) {
-        let (stride, columns) = (node.stride(), 3 * node.columns);
+    fn forward(&mut self, structure: &Structure, node: &Supernode, x: &mut [f64], shape: Shape) {
+        let (columns, node_own, below) = shape;
+        let stride = node_own + below;
         let panel = &self.panels[node.panel..node.panel + stride * columns];
-        let w = &mut self.scratch[..stride];
+        let mut small = [0.0; SMALL];
+        let w = if stride <= SMALL { &mut small[..stride] } else { &mut self.scratch[..stride] };
         let own = &mut x[3 * node.first..3 * node.first + columns];
         w[..columns].copy_from_slice(own);
         w[columns..].fill(0.0);
         forward_panel(panel, stride, columns, w);
         own.copy_from_slice(&w[..columns]);
-        for (&row, w) in structure.rows[node.rows.0..node.rows.1].iter().zip(w[node.own..].chunks_exact(3)) {
+        for (&row, w) in structure.rows[node.rows.0..node.rows.1].iter().zip(w[node_own..].chunks_exact(3)) {
             for (x, w) in x[3 * row as usize..].iter_mut().zip(w) {
                 *x += w;
             }
@@ -134,13 +166,15 @@ impl Factor {
     }
 
     #[inline(always)]
-    fn backward(&mut self, structure: &Structure, node: &Supernode, x: &mut [f64]) {
-        let (stride, columns) = (node.stride(), 3 * node.columns);
+    fn backward(&mut self, structure: &Structure, node: &Supernode, x: &mut [f64], shape: Shape) {
+        let (columns, node_own, below) = shape;
+        let stride = node_own + below;
         let panel = &self.panels[node.panel..node.panel + stride * columns];
-        let w = &mut self.scratch[..stride];
+        let mut small = [0.0; SMALL];
+        let w = if stride <= SMALL { &mut small[..stride] } else { &mut self.scratch[..stride] };
         w.fill(0.0);
         for (&row, w) in
-            structure.rows[node.rows.0..node.rows.1].iter().zip(w[node.own..].chunks_exact_mut(3))
+            structure.rows[node.rows.0..node.rows.1].iter().zip(w[node_own..].chunks_exact_mut(3))
         {
             w.copy_from_slice(&x[3 * row as usize..][..3]);
         }
@@ -152,8 +186,11 @@ impl Factor {
 wide! {
     fn compute_all(factor: &mut Factor, structure: &Structure, h: &BlockMatrix, damping: f64, b: &mut [f64]) {
         for s in 0..structure.supernodes.len() {
-            factor.supernode(structure, h, damping, s);
-            factor.forward(structure, &structure.supernodes[s], b);
+            let node = &structure.supernodes[s];
+            by_shape!(node, shape => {
+                factor.supernode(structure, h, damping, node, shape);
+                factor.forward(structure, node, b, shape);
+            });
         }
     }
 }
@@ -161,7 +198,8 @@ wide! {
 wide! {
     fn compute_some(factor: &mut Factor, structure: &Structure, h: &BlockMatrix, changed: &[bool]) {
         for s in (0..structure.supernodes.len()).filter(|&s| changed[s]) {
-            factor.supernode(structure, h, 0.0, s);
+            let node = &structure.supernodes[s];
+            factor.supernode(structure, h, 0.0, node, (3 * node.columns, node.own, node.below));
         }
     }
 }
@@ -169,7 +207,7 @@ wide! {
 wide! {
     fn forward_all(factor: &mut Factor, structure: &Structure, x: &mut [f64]) {
         for node in &structure.supernodes {
-            factor.forward(structure, node, x);
+            by_shape!(node, shape => factor.forward(structure, node, x, shape));
         }
     }
 }
@@ -177,7 +215,7 @@ wide! {
 wide! {
     fn backward_all(factor: &mut Factor, structure: &Structure, x: &mut [f64]) {
         for node in structure.supernodes.iter().rev() {
-            factor.backward(structure, node, x);
+            by_shape!(node, shape => factor.backward(structure, node, x, shape));
         }
     }
 }

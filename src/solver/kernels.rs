@@ -40,7 +40,9 @@ fn subtract<const R: usize, const C: usize>(tile: &[[f64; R]; C], target: &mut [
 /// A pivot below this share of the diagonal entry that it came from is rounding: nothing determines its unknown.
 const SMALLEST_PIVOT: f64 = 1e-15;
 
-/// Factors a panel of `columns` scalar columns (a multiple of three) in place; the diagonal of L is stored inverted.
+/// Factors a panel of `columns` scalar columns (a multiple of three) in place. The diagonal of L is stored inverted; so is
+/// every 3×3 block on it, M, above the diagonal, transposed: a triangular solve then waits for three operations a block
+/// and not for a chain of eight.
 /// `diagonal` are the diagonal entries before elimination; `damped` is told the scalar columns whose pivot had to be
 /// replaced.
 #[inline(always)]
@@ -74,22 +76,31 @@ pub(super) fn factor_panel(
             damped(j + k);
             if before > 0.0 { before } else { 1.0 }
         };
-        let i0 = 1.0 / pivot(first[j], 0).sqrt();
-        let (l10, l20) = (first[j + 1] * i0, first[j + 2] * i0);
-        let i1 = 1.0 / pivot(second[j + 1] - l10 * l10, 1).sqrt();
-        let l21 = (second[j + 2] - l20 * l10) * i1;
-        let i2 = 1.0 / pivot(third[j + 2] - l20 * l20 - l21 * l21, 2).sqrt();
-        (first[j], first[j + 1], first[j + 2]) = (i0, l10, l20);
-        (second[j + 1], second[j + 2]) = (i1, l21);
-        third[j + 2] = i2;
-        let below = j + 3..stride;
-        for ((a, b), c) in
-            first[below.clone()].iter_mut().zip(&mut second[below.clone()]).zip(&mut third[below])
-        {
-            *a *= i0;
-            *b = (*b - l10 * *a) * i1;
-            *c = (*c - l20 * *a - l21 * *b) * i2;
+        // A pivot waits for the quotient before it, not for its root: along a chain nothing else takes as long.
+        let (a10, a20) = (first[j + 1], first[j + 2]);
+        let q0 = 1.0 / pivot(first[j], 0);
+        let q1 = 1.0 / pivot(second[j + 1] - a10 * (a10 * q0), 1);
+        let a21 = second[j + 2] - a20 * (a10 * q0);
+        let q2 = 1.0 / pivot(third[j + 2] - a20 * (a20 * q0) - a21 * (a21 * q1), 2);
+        let (i0, i1, i2) = (q0.sqrt(), q1.sqrt(), q2.sqrt());
+        let (l10, l20, l21) = (a10 * i0, a20 * i0, a21 * i1);
+        let from = (j + 3) & !3;
+        let fours = first[from..].as_chunks_mut::<4>().0.iter_mut();
+        let fours =
+            fours.zip(second[from..].as_chunks_mut::<4>().0).zip(third[from..].as_chunks_mut::<4>().0);
+        for ((a, b), c) in fours {
+            for k in 0..4 {
+                a[k] *= i0;
+                b[k] = (b[k] - l10 * a[k]) * i1;
+                c[k] = (c[k] - l20 * a[k] - l21 * b[k]) * i2;
+            }
         }
+        // Rows of this block share a group of four with the next: they are written last. Above the diagonal stands what is
+        // below it in the block's inverse.
+        let m10 = -l10 * i0 * i1;
+        (first[j], first[j + 1], first[j + 2]) = (i0, l10, l20);
+        (second[j], second[j + 1], second[j + 2]) = (m10, i1, l21);
+        (third[j], third[j + 1], third[j + 2]) = (-(l20 * i0 + l21 * m10) * i2, -l21 * i1 * i2, i2);
     }
 }
 
@@ -111,10 +122,18 @@ pub(super) fn downdate(panel: &[f64], stride: usize, own: usize, columns: usize,
     }
 }
 
+/// Three columns of a panel, from a row (a multiple of four) on, in fours.
+#[inline(always)]
+fn three_columns(columns: &[f64], stride: usize, from: usize) -> [&[[f64; 4]]; 3] {
+    let (a, rest) = columns.split_at(stride);
+    let (b, c) = rest.split_at(stride);
+    [a[from..].as_chunks::<4>().0, b[from..].as_chunks::<4>().0, c[from..stride].as_chunks::<4>().0]
+}
+
 /// w −= C·v over the rows from `from` (a multiple of four) on; C are three columns of a panel.
 #[inline(always)]
 pub(super) fn subtract_columns(columns: &[f64], stride: usize, from: usize, v: [f64; 3], w: &mut [f64]) {
-    let [a, b, c] = [0, 1, 2].map(|k| columns[k * stride + from..(k + 1) * stride].as_chunks::<4>().0);
+    let [a, b, c] = three_columns(columns, stride, from);
     for (((w, a), b), c) in w[from..].as_chunks_mut::<4>().0.iter_mut().zip(a).zip(b).zip(c) {
         for k in 0..4 {
             w[k] -= a[k] * v[0] + b[k] * v[1] + c[k] * v[2];
@@ -125,7 +144,7 @@ pub(super) fn subtract_columns(columns: &[f64], stride: usize, from: usize, v: [
 /// Cᵀw over the rows from `from` (a multiple of four) on.
 #[inline(always)]
 pub(super) fn dot_columns(columns: &[f64], stride: usize, from: usize, w: &[f64]) -> [f64; 3] {
-    let [a, b, c] = [0, 1, 2].map(|k| columns[k * stride + from..(k + 1) * stride].as_chunks::<4>().0);
+    let [a, b, c] = three_columns(columns, stride, from);
     let mut sums = [[0.0; 4]; 3];
     for (((w, a), b), c) in w[from..].as_chunks::<4>().0.iter().zip(a).zip(b).zip(c) {
         for k in 0..4 {
@@ -134,7 +153,8 @@ pub(super) fn dot_columns(columns: &[f64], stride: usize, from: usize, w: &[f64]
             sums[2][k] += c[k] * w[k];
         }
     }
-    sums.map(|s| (s[0] + s[2]) + (s[1] + s[3]))
+    let [a, b, c] = sums;
+    [(a[0] + a[2]) + (a[1] + a[3]), (b[0] + b[2]) + (b[1] + b[3]), (c[0] + c[2]) + (c[1] + c[3])]
 }
 
 /// Solves L y = w for the columns of a panel: y replaces the front of `w`, L's rows below take their share off the rest.
@@ -142,9 +162,10 @@ pub(super) fn dot_columns(columns: &[f64], stride: usize, from: usize, w: &[f64]
 pub(super) fn forward_panel(panel: &[f64], stride: usize, columns: usize, w: &mut [f64]) {
     for j in (0..columns).step_by(3) {
         let c = &panel[j * stride..(j + 3) * stride];
-        let (l, w0) = (|row: usize, column: usize| c[column * stride + j + row], w[j] * c[j]);
-        let w1 = (w[j + 1] - l(1, 0) * w0) * l(1, 1);
-        let w2 = (w[j + 2] - l(2, 0) * w0 - l(2, 1) * w1) * l(2, 2);
+        let m = |row: usize, column: usize| c[row * stride + j + column];
+        let (w0, w1, w2) = (w[j], w[j + 1], w[j + 2]);
+        let (w0, w1, w2) =
+            (m(0, 0) * w0, m(1, 0) * w0 + m(1, 1) * w1, (m(2, 0) * w0 + m(2, 1) * w1) + m(2, 2) * w2);
         // The rows of this block share a group of four with the next: they are written last.
         subtract_columns(c, stride, (j + 3) & !3, [w0, w1, w2], w);
         (w[j], w[j + 1], w[j + 2]) = (w0, w1, w2);
@@ -156,12 +177,12 @@ pub(super) fn forward_panel(panel: &[f64], stride: usize, columns: usize, w: &mu
 pub(super) fn backward_panel(panel: &[f64], stride: usize, columns: usize, y: &[f64], w: &mut [f64]) {
     for j in (0..columns).step_by(3).rev() {
         let c = &panel[j * stride..(j + 3) * stride];
-        let l = |row: usize, column: usize| c[column * stride + j + row];
+        let m = |row: usize, column: usize| c[row * stride + j + column];
         // Rows of this block and above are still zero in `w`.
         let known = dot_columns(c, stride, (j + 3) & !3, w);
-        let x2 = (y[j + 2] - known[2]) * l(2, 2);
-        let x1 = (y[j + 1] - known[1] - l(2, 1) * x2) * l(1, 1);
-        let x0 = (y[j] - known[0] - l(1, 0) * x1 - l(2, 0) * x2) * l(0, 0);
-        (w[j], w[j + 1], w[j + 2]) = (x0, x1, x2);
+        let (v0, v1, v2) = (y[j] - known[0], y[j + 1] - known[1], y[j + 2] - known[2]);
+        w[j] = m(0, 0) * v0 + (m(1, 0) * v1 + m(2, 0) * v2);
+        w[j + 1] = m(1, 1) * v1 + m(2, 1) * v2;
+        w[j + 2] = m(2, 2) * v2;
     }
 }

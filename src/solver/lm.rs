@@ -25,6 +25,8 @@ const KEPT_SHRINKS_TO: f64 = 0.1;
 #[derive(Debug, Clone, Default)]
 pub struct Solver {
     pub(super) equations: NormalEquations,
+    /// Where a step leads.
+    candidate: Vec<Block>,
     order_ms: f64,
     free: usize,
 }
@@ -80,8 +82,8 @@ impl Solver {
     }
 
     fn iterate(&mut self, problem: &dyn Problem, x: &mut Vec<Block>, options: &Options, report: &mut Report) {
-        let mut search =
-            Search { damping: 0.0, last_step: f64::INFINITY, candidate: x.clone(), ..Search::default() };
+        let mut search = Search { damping: 0.0, last_steps: [f64::INFINITY; 2], ..Search::default() };
+        self.candidate.clone_from(x);
         report.termination = loop {
             if report.accepted_steps() >= options.max_iterations {
                 break Termination::MaxIterations;
@@ -92,9 +94,15 @@ impl Solver {
         };
         report.undetermined = self.equations.undetermined();
         if report.termination != Termination::MaxIterations {
-            let Search { pending, candidate, .. } = search;
-            let at = Place { x, candidate, cost: &mut report.final_cost };
-            report.polish = polish(problem, at, &mut self.equations, pending, options);
+            let Search { pending, last_steps, .. } = search;
+            let at = Place {
+                x,
+                candidate: &mut self.candidate,
+                cost: &mut report.final_cost,
+                last_steps,
+                pending,
+            };
+            report.polish = polish(problem, at, &mut self.equations, options);
             report.conclude_polish();
         }
     }
@@ -125,7 +133,7 @@ impl Solver {
             let step_max = self.equations.step_max();
             let promised = self.equations.promised();
             let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
-            if search.kept && !rounding && step_max > KEPT_SHRINKS_TO * search.last_step {
+            if search.kept && !rounding && step_max > KEPT_SHRINKS_TO * search.last_steps[0] {
                 search.kept = false;
                 continue;
             }
@@ -133,31 +141,30 @@ impl Solver {
                 search.pending = search.damping == 0.0;
                 return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
             }
-            search.candidate.copy_from_slice(x);
-            self.equations.advance(&mut search.candidate);
+            self.equations.advance_from(x, &mut self.candidate);
             let share = promised / report.final_cost;
             let keeps = search.damping == 0.0 && share < KEEPS_BELOW;
             let mut candidate_cost = if keeps {
-                self.equations.assemble_gradient(problem, &search.candidate)
+                self.equations.assemble_gradient(problem, &self.candidate)
             } else {
-                self.equations.assemble(problem, &search.candidate)
+                self.equations.assemble(problem, &self.candidate)
             };
             // Along a strong factor a straight step leaves the valley, and the next ones lead back into it, further down.
             let mut ahead = 0;
             let falls = |cost: f64| cost < report.final_cost;
             while search.damping == 0.0 && !falls(candidate_cost) && ahead < LOOKS_AHEAD {
                 ahead += 1;
-                self.equations.factor(problem, &search.candidate, 0.0);
+                self.equations.factor(problem, &self.candidate, 0.0);
                 search.fresh = true;
                 if !self.equations.step() {
                     break;
                 }
-                self.equations.advance(&mut search.candidate);
-                candidate_cost = self.equations.assemble(problem, &search.candidate);
+                self.equations.advance(&mut self.candidate);
+                candidate_cost = self.equations.assemble(problem, &self.candidate);
             }
             let accepted = falls(candidate_cost);
             if accepted {
-                std::mem::swap(x, &mut search.candidate);
+                std::mem::swap(x, &mut self.candidate);
                 report.final_cost = candidate_cost;
             } else {
                 self.equations.assemble(problem, x);
@@ -189,12 +196,10 @@ struct Search {
     fresh: bool,
     /// True if the factor at hand is to be used again.
     kept: bool,
-    /// Largest entry of the last accepted step.
-    last_step: f64,
+    /// Largest entries of the last accepted step and of the one before it.
+    last_steps: [f64; 2],
     /// True if the step at hand is undamped and was too small to be tried.
     pending: bool,
-    /// Where a step leads.
-    candidate: Vec<Block>,
 }
 
 impl Search {
@@ -203,7 +208,7 @@ impl Search {
         if self.damping < NEGLIGIBLE_DAMPING {
             self.damping = 0.0;
         }
-        self.last_step = step_max;
+        self.last_steps = [step_max, self.last_steps[0]];
         self.kept = keeps;
     }
 

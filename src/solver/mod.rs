@@ -5,6 +5,7 @@
 //! Cholesky factorisation in 3×3 blocks whose ordering and pattern are computed once. Results depend neither on the
 //! machine's threads nor on its vector units.
 
+mod chains;
 mod clique;
 mod covariance;
 mod factor;
@@ -30,6 +31,7 @@ pub use loss::Loss;
 pub use profile::{Profile, kernel_gflops};
 pub use report::{Iteration, Polish, Report, Termination, Timings};
 pub use resolve::Resolver;
+pub(crate) use simd::wide;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -67,6 +69,11 @@ pub trait Problem {
         _at: &mut PairQuadratic,
     ) -> bool {
         false
+    }
+
+    /// The same without JᵀJ.
+    fn pair_gradient(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
+        self.pair_quadratic(term, x, turns, at)
     }
 }
 

@@ -116,7 +116,12 @@ impl NormalEquations {
         let mut at = Linearization::default();
         let mut pair = PairQuadratic::default();
         for term in 0..problem.terms() {
-            if problem.pair_quadratic(term, x, &turns, &mut pair) {
+            let is_pair = if H {
+                problem.pair_quadratic(term, x, &turns, &mut pair)
+            } else {
+                problem.pair_gradient(term, x, &turns, &mut pair)
+            };
+            if is_pair {
                 let loss = problem.loss_of(term);
                 cost += loss.rho(pair.squared_norm);
                 self.add_pair::<H>(&pair, loss.weight(pair.squared_norm), slot);
@@ -268,6 +273,15 @@ impl NormalEquations {
         for (&block, delta) in self.block_of.iter().zip(self.delta.as_chunks::<3>().0) {
             for (x, d) in x[block as usize].iter_mut().zip(delta) {
                 *x += d;
+            }
+        }
+    }
+
+    /// y ← x ⊕ δ; what is held must be the same in both already.
+    pub fn advance_from(&self, x: &[Block], y: &mut [Block]) {
+        for (&block, delta) in self.block_of.iter().zip(self.delta.as_chunks::<3>().0) {
+            for ((y, x), d) in y[block as usize].iter_mut().zip(&x[block as usize]).zip(delta) {
+                *y = x + d;
             }
         }
     }

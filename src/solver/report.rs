@@ -80,7 +80,7 @@ pub struct Polish {
     pub steps: usize,
     /// Largest entry of the last one (metres, radians); 0 without any.
     pub last_step: f64,
-    /// True if that one was within the tolerance of the step.
+    /// True if no step longer than the tolerance is due after it.
     pub settled: bool,
 }
 

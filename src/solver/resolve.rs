@@ -165,7 +165,7 @@ impl Resolver {
             cost = candidate_cost;
             report.iterations.push(Iteration { cost, gradient_max, step_max, damping: 0.0, accepted: true });
             report.final_cost = cost;
-            if next_step(step_max, last) <= options.step {
+            if next_step(step_max, [last, f64::INFINITY]) <= options.step {
                 report.undetermined = self.solver.equations.undetermined();
                 return Some(report);
             }

@@ -92,7 +92,7 @@ pub(super) struct Structure {
 }
 
 /// Merging costs zeros and saves overhead: up to so many columns with at most this share of zeros.
-const MERGE: [(usize, f64); 3] = [(3, 0.7), (8, 0.25), (usize::MAX, 0.08)];
+const MERGE: [(usize, f64); 3] = [(2, 0.7), (8, 0.25), (usize::MAX, 0.08)];
 
 impl Structure {
     /// Of the graph of the unknowns.

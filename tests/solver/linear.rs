@@ -143,7 +143,8 @@ fn a_linear_problem_is_solved_in_one_step() {
     assert_eq!(report.accepted_steps(), 1, "{report:#?}");
 }
 
-/// A grid, a chain, a star and a clique: the patterns that orderings are good and bad at.
+/// A grid, a chain, a star and a clique: the patterns that orderings are good and bad at. And what chains make of each other:
+/// rings, a ring with a tail, a string of rings, two chains between the same two blocks and back to one, a comb.
 #[test]
 fn every_shape_of_graph_is_solved_exactly() {
     let grid = |k: usize| {
@@ -153,7 +154,24 @@ fn every_shape_of_graph_is_solved_exactly() {
     let star: Vec<_> = (1..3000).map(|i| (0, i)).collect();
     let clique: Vec<_> = (0..40).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
     let chain: Vec<_> = (1..5000).map(|i| (i - 1, i)).collect();
-    for (name, edges) in [("grid", grid(40)), ("star", star), ("clique", clique), ("chain", chain)] {
+    let path = |from: usize, to: usize| (from + 1..=to).map(|i| (i - 1, i)).collect::<Vec<_>>();
+    let ring = |from: usize, to: usize| [path(from, to), vec![(to, from)]].concat();
+    let rings = [ring(0, 2), path(5, 6), ring(10, 40)].concat();
+    let tail = [ring(0, 30), path(30, 60)].concat();
+    let string = (0..20).flat_map(|k| [ring(10 * k, 10 * k + 6), path(10 * k + 6, 10 * k + 10)].concat());
+    let twice = [ring(0, 30), vec![(0, 31), (31, 32), (32, 9)], vec![(0, 40), (40, 41), (41, 0)]].concat();
+    let comb = (1..50).flat_map(|k| [(5 * k - 5, 5 * k), (5 * k, 5 * k + 1), (5 * k + 1, 5 * k + 2)]);
+    for (name, edges) in [
+        ("grid", grid(40)),
+        ("star", star),
+        ("clique", clique),
+        ("chain", chain),
+        ("rings", rings),
+        ("tail", tail),
+        ("string", string.collect()),
+        ("twice", twice),
+        ("comb", comb.collect()),
+    ] {
         let blocks = 1 + edges.iter().map(|e| e.0.max(e.1)).max().unwrap();
         let dice = &mut Dice::new(3);
         let mut problem = random(blocks, 0, dice);
@@ -174,6 +192,12 @@ fn every_shape_of_graph_is_solved_exactly() {
         }
         let largest = gradient.iter().map(|g| g.amax()).fold(0.0, f64::max);
         assert!(largest < 1e-8, "{name}: {largest}");
+        if blocks <= 250 {
+            let (h, g) = dense(&problem, &vec![[0.0; 3]; blocks], &[]);
+            let expected = h.cholesky().unwrap().solve(&-g);
+            let off = (DVector::from_vec(moved.concat()) - expected).amax();
+            assert!(off < 1e-8, "{name}: {off} from the dense one");
+        }
     }
 }
 
