@@ -29,7 +29,7 @@ pub(super) fn unchain(graph: &Graph) -> Unchained {
         walk.name[v as usize] = k as u32;
     }
     for k in 0..walk.nodes.len() {
-        walk.from_branch(k as u32);
+        walk.take_runs_at(k as u32);
     }
     // Parts without a branch: paths from one of their ends, then rings, of which one node stays.
     for v in 0..n {
@@ -41,7 +41,7 @@ pub(super) fn unchain(graph: &Graph) -> Unchained {
         if walk.name[v as usize] == NONE {
             walk.name[v as usize] = walk.nodes.len() as u32;
             walk.nodes.push(v);
-            walk.from_branch(walk.nodes.len() as u32 - 1);
+            walk.take_runs_at(walk.nodes.len() as u32 - 1);
         }
     }
     let Walk { edges, runs, nodes, .. } = walk;
@@ -59,7 +59,7 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     /// All that starts at a node that stays.
-    fn from_branch(&mut self, name: u32) {
+    fn take_runs_at(&mut self, name: u32) {
         let v = self.nodes[name as usize];
         let graph = self.graph;
         for &to in graph.of(v) {
