@@ -5,6 +5,8 @@
 mod ablations;
 mod accuracy;
 mod aces;
+#[path = "../../tests/support/against_truth.rs"]
+mod against_truth;
 mod along_line;
 mod backends;
 mod baseline;

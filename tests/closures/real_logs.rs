@@ -10,8 +10,7 @@ use hitl_slam::map::{RawLog, SlamMap};
 use hitl_slam::metrics::{align, relation_errors};
 
 use super::{corrector, reassociate};
-use crate::pipeline::largest_distance_m;
-use crate::support::shared;
+use crate::support::{largest_distance_m, shared};
 
 fn ours(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)

@@ -10,7 +10,8 @@ use hitl_slam::map::SlamMap;
 use hitl_slam::simulate::Scenario;
 
 use super::{corrector, reassociate, with_and_without};
-use crate::pipeline::{ate_m, largest_distance_m, simulated};
+use crate::pipeline::simulated;
+use crate::support::{ate_m, largest_distance_m};
 
 both_backends! {
     /// The loop's drift is within what its chain allows: no stroke is needed.
@@ -18,8 +19,8 @@ both_backends! {
         for seed in [1, 2] {
             let s = simulated(Scenario::Loop, seed, 0.02);
             let (open, closed, report) = with_and_without(&s.map, &[], backend);
-            assert!(ate_m(&open, &s.truth) > 0.4);
-            assert!(ate_m(&closed, &s.truth) < 0.04, "seed {seed}: {} m", ate_m(&closed, &s.truth));
+            assert!(ate_m(&open.poses, &s.truth) > 0.4);
+            assert!(ate_m(&closed.poses, &s.truth) < 0.04, "seed {seed}: {} m", ate_m(&closed.poses, &s.truth));
             assert!(closed.automatic_factors.len() > 5 && !report.withdrawn, "{report:?}");
             assert!(closed.automatic_factors.iter().all(|a| !a.disagrees()));
             assert_eq!(closed.relative_factors, s.map.relative_factors, "what a map came with stays");
@@ -49,8 +50,8 @@ fn strokes_do_not_become_worse_by_it() {
             let s = simulated(scenario, seed, 0.02);
             let (without, with, report) = with_and_without(&s.map, &s.corrections, Backend::Rust);
             assert!(!report.withdrawn);
-            without_m += ate_m(&without, &s.truth) / 3.0;
-            with_m += ate_m(&with, &s.truth) / 3.0;
+            without_m += ate_m(&without.poses, &s.truth) / 3.0;
+            with_m += ate_m(&with.poses, &s.truth) / 3.0;
         }
         // Two millimetres: where strokes alone leave 8 mm, three seeds differ by that.
         assert!(with_m < without_m + 0.002, "{scenario:?}: {without_m} m became {with_m} m");
@@ -63,8 +64,8 @@ fn a_person_who_draws_badly_is_corrected_by_the_walls() {
     for seed in [1, 2, 3] {
         let s = simulated(Scenario::Campus, seed, 0.05);
         let (without, with, _) = with_and_without(&s.map, &s.corrections, Backend::Rust);
-        without_m += ate_m(&without, &s.truth) / 3.0;
-        with_m += ate_m(&with, &s.truth) / 3.0;
+        without_m += ate_m(&without.poses, &s.truth) / 3.0;
+        with_m += ate_m(&with.poses, &s.truth) / 3.0;
     }
     assert!(with_m < 0.7 * without_m, "{without_m} m became {with_m} m");
 }

@@ -11,7 +11,8 @@ use hitl_slam::pipeline::Options;
 use hitl_slam::simulate::Scenario;
 
 use super::{corrector, reassociate, with_and_without};
-use crate::pipeline::{largest_distance_m, simulated};
+use crate::pipeline::simulated;
+use crate::support::largest_distance_m;
 
 /// Says of two places of one corridor, some metres apart, that they are the same.
 fn wrong(s: &hitl_slam::simulate::Simulation) -> Correction {

@@ -5,7 +5,8 @@ use hitl_slam::map::{Correction, Mode, Trajectory};
 use hitl_slam::metrics;
 use hitl_slam::simulate::{Scenario, Settings, Simulation, run};
 
-use super::{ate_m, corrected, simulated, worst_edges};
+use super::{corrected, simulated};
+use crate::support::{ate_m, worst_edges};
 
 #[test]
 fn three_corrections_drawn_with_2_cm_noise_straighten_a_loop_of_650_poses() {
@@ -13,8 +14,8 @@ fn three_corrections_drawn_with_2_cm_noise_straighten_a_loop_of_650_poses() {
     for seed in 1..=4 {
         let s = simulated(Scenario::Loop, seed, 0.02);
         let (map, reports) = corrected(&s.map, &s.corrections);
-        assert!(ate_m(&s.map, &s.truth) > 0.4, "nothing to correct");
-        mean += ate_m(&map, &s.truth) / 4.0;
+        assert!(ate_m(&s.map.poses, &s.truth) > 0.4, "nothing to correct");
+        mean += ate_m(&map.poses, &s.truth) / 4.0;
         for r in &reports {
             let solve = r.solve.as_ref().expect("accepted");
             assert!(solve.termination.converged() && solve.iterations.len() <= 10, "seed {seed}: {solve:?}");
@@ -33,7 +34,7 @@ fn four_corrections_straighten_a_campus_of_3100_poses() {
         let s = simulated(Scenario::Campus, seed, 0.02);
         let (map, reports) = corrected(&s.map, &s.corrections);
         assert!(reports.iter().all(|r| r.accepted()));
-        mean += ate_m(&map, &s.truth) / 2.0;
+        mean += ate_m(&map.poses, &s.truth) / 2.0;
         let (sigmas, against_truth_m) = worst_edges(&map, &s.truth);
         assert!(sigmas <= 1.0 && against_truth_m <= 0.03, "seed {seed}: {sigmas} σ, {against_truth_m} m");
     }

@@ -11,7 +11,8 @@ use hitl_slam::map::{Correction, Mode, SlamMap, Stroke};
 use hitl_slam::pipeline::{Corrector, Options};
 use hitl_slam::simulate::{Scenario, Simulation};
 
-use super::{ate_m, corrected, simulated};
+use super::{corrected, simulated};
+use crate::support::ate_m;
 
 fn find(map: &SlamMap) -> Contradictions {
     contradictions::find(map, &joint::Options::default()).expect("a sound map")
@@ -76,7 +77,7 @@ fn a_colocation_on_the_wrong_wall_is_named_alone_and_without_it_the_map_is_good_
                 s.corrections.iter().filter(|c| c.id != corrections[k].id).cloned().collect();
             let (mended, _) = corrected(&s.map, &without);
             let (as_good, _) = corrected(&s.map, &others);
-            assert_eq!(ate_m(&mended, &s.truth), ate_m(&as_good, &s.truth));
+            assert_eq!(ate_m(&mended.poses, &s.truth), ate_m(&as_good.poses, &s.truth));
         }
     }
     assert!(right >= 5, "{right} of 6");

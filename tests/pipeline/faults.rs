@@ -5,7 +5,8 @@ use hitl_slam::geometry::{Pose2, Vec2};
 use hitl_slam::map::{Correction, Mode, SlamMap, Stroke};
 use hitl_slam::simulate::Scenario;
 
-use super::{ate_m, corrected, simulated, worst_edges};
+use super::{corrected, simulated};
+use crate::support::{ate_m, worst_edges};
 
 #[test]
 fn parallel_and_perpendicular_work() {
@@ -43,7 +44,7 @@ fn more_than_3074_poses_are_fine() {
     let s = simulated(Scenario::Campus, 3, 0.02);
     assert!(s.map.poses.len() > 3074);
     let (map, reports) = corrected(&s.map, &s.corrections);
-    assert!(reports.iter().all(|r| r.accepted()) && ate_m(&map, &s.truth) < 0.15);
+    assert!(reports.iter().all(|r| r.accepted()) && ate_m(&map.poses, &s.truth) < 0.15);
 }
 
 #[test]
@@ -93,7 +94,7 @@ fn walls_that_already_coincide_can_be_refined_further() {
         "{:?}",
         reports.iter().map(|r| &r.rejection).collect::<Vec<_>>()
     );
-    assert!(ate_m(&map, &s.truth) < 0.06, "{}", ate_m(&map, &s.truth));
+    assert!(ate_m(&map.poses, &s.truth) < 0.06, "{}", ate_m(&map.poses, &s.truth));
 }
 
 #[test]
@@ -102,7 +103,7 @@ fn both_strokes_on_the_very_same_spot_change_next_to_nothing() {
     let same = Correction { b: s.corrections[0].a, ..s.corrections[0].clone() };
     let (map, reports) = corrected(&s.map, &[same]);
     assert!(reports[0].accepted());
-    assert!(ate_m(&map, &s.truth) < ate_m(&s.map, &s.truth) + 0.01);
+    assert!(ate_m(&map.poses, &s.truth) < ate_m(&s.map.poses, &s.truth) + 0.01);
 }
 
 /// The map of the run's first poses.
@@ -151,8 +152,8 @@ fn a_jump_with_no_poses_between_is_not_put_on_one_edge() {
         weight: 1.0,
         enabled: true,
     };
-    let before = ate_m(&s.map, &s.truth);
+    let before = ate_m(&s.map.poses, &s.truth);
     let (map, reports) = corrected(&s.map, &[parallel]);
     assert!(reports[0].accepted(), "{:?}", reports[0].rejection);
-    assert!(ate_m(&map, &s.truth) < 0.4 * before, "{before} → {}", ate_m(&map, &s.truth));
+    assert!(ate_m(&map.poses, &s.truth) < 0.4 * before, "{before} → {}", ate_m(&map.poses, &s.truth));
 }

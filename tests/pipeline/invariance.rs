@@ -6,7 +6,8 @@ use hitl_slam::geometry::{Pose2, angle_diff};
 use hitl_slam::map::{Correction, SlamMap, Stroke};
 use hitl_slam::simulate::{Scenario, Simulation};
 
-use super::{corrected, largest_distance_m, simulated};
+use super::{corrected, simulated};
+use crate::support::largest_distance_m;
 
 const SAME_M: f64 = 1e-3;
 

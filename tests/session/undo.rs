@@ -198,7 +198,7 @@ fn the_solver_can_be_chosen_and_the_choice_undone() {
     let by_rust = session.solved().corrector().map().poses.clone();
     done(&mut session, Event::Settings(Settings { solver: Backend::Ceres, ..Settings::default() }));
     let by_ceres = session.solved().corrector().map().poses.clone();
-    let difference = crate::pipeline::largest_distance_m(&by_rust, &by_ceres);
+    let difference = crate::support::largest_distance_m(&by_rust, &by_ceres);
     assert!(difference > 0.0 && difference < 1e-6, "{difference}");
     assert!(desk.replayed() == desk.shown(&session));
     done(&mut session, Event::Undo);
