@@ -18,6 +18,8 @@ const SMOOTH_S: f64 = 0.12;
 const FASTEST_STEP_S: f64 = 0.25;
 /// A pause in which nobody stands: longer than this many typical steps.
 const PAUSE: f64 = 1.6;
+/// The walk's own frame faces where the first steps go, so many of them: how the hand turns before says nothing of the walker.
+const FIRST: usize = 4;
 /// A step's standard deviations: a share of its length ahead, metres to the side, radians of turn.
 const SIGMAS: (f64, f64, f64) = (0.1, 0.05, 0.02);
 
@@ -49,7 +51,8 @@ pub fn reckon(name: &str, prepared: &Prepared, options: &Options) -> Result<Pdr>
     let heading = smooth(&heading, (typical_s / interval_s).round() as usize);
     let length = |swing: &Swing| options.weinberg_gain * swing.size_mps2.powf(0.25);
     let mut steps: Vec<StepEvent> = Vec::new();
-    let mut facing = heading[0];
+    let first = &swings[..swings.len().min(FIRST)];
+    let mut facing = first.iter().map(|s| heading[s.at]).sum::<f64>() / first.len() as f64;
     let mut step = |time_s: f64, length_m: f64, now: f64| {
         let turn_rad = now - facing;
         // The displacement is in the heading before the step: half of the turn is already made.

@@ -19,7 +19,8 @@ fn every_step_is_found_with_weinbergs_length_and_the_turn_about_gravity() {
         assert_eq!(pdr.mount, Mount::Hand);
         assert!(pdr.steps.len().abs_diff(60) <= 1, "{} steps", pdr.steps.len());
         let turned: f64 = pdr.steps.iter().map(|e| e.step.turn_rad).sum();
-        assert!((turned - 60.0 * 0.05).abs() < 0.1, "turned by {turned}");
+        // The walk faces as its first four steps do, in the mean.
+        assert!((turned - 57.5 * 0.05).abs() < 0.1, "turned by {turned}");
         let typical = pdr.walk("w").typical_length_m();
         let expected = Options::default().weinberg_gain * swing.powf(0.25);
         // Smoothing takes a little off the swing.
