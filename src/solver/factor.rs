@@ -199,7 +199,7 @@ wide! {
     fn compute_some(factor: &mut Factor, structure: &Structure, h: &BlockMatrix, changed: &[bool]) {
         for s in (0..structure.supernodes.len()).filter(|&s| changed[s]) {
             let node = &structure.supernodes[s];
-            factor.supernode(structure, h, 0.0, node, (3 * node.columns, node.own, node.below));
+            by_shape!(node, shape => factor.supernode(structure, h, 0.0, node, shape));
         }
     }
 }

@@ -5,7 +5,6 @@
 //! Cholesky factorisation in 3×3 blocks whose ordering and pattern are computed once. Results depend neither on the
 //! machine's threads nor on its vector units.
 
-mod chains;
 mod clique;
 mod covariance;
 mod factor;

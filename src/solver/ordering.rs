@@ -2,8 +2,6 @@
 //! Appl. 17(4), 1996), with element absorption, mass elimination and indistinguishable nodes. On the graph of blocks,
 //! not of numbers: the same fill for a ninth of the work.
 
-use super::chains::{Unchained, unchain};
-
 /// A symmetric graph without loops or duplicate edges, compressed.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Graph {
@@ -65,11 +63,9 @@ impl Graph {
 
 const NONE: u32 = u32::MAX;
 
-/// Nodes in the order in which to eliminate them: runs first, the rest by degree.
+/// Nodes in the order in which to eliminate them.
 pub(super) fn minimum_degree(graph: &Graph) -> Vec<u32> {
-    let Unchained { runs: mut order, rest, nodes } = unchain(graph);
-    order.extend(minimum_degree_between(&rest, 0, |_| false).into_iter().map(|v| nodes[v as usize]));
-    order
+    minimum_degree_between(graph, 0, |_| false)
 }
 
 /// The same where the first `eliminated` nodes, no two of them neighbours, come first in any case, and those that are

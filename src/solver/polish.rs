@@ -22,7 +22,7 @@ const MOST_STEPS: usize = 20;
 
 /// Steps of a kept factor shrink by about the same share each; a first one that shrinks by more is luck, and so is a
 /// second one that shrinks by more than the other.
-const SHRINKS_AT_BEST_TO: [f64; 2] = [0.1, 0.01];
+const SHRINKS_AT_BEST_TO: [f64; 2] = [0.1, 0.03];
 
 /// It ends when the step after is shorter than this share of the tolerance: two solves of one problem, each with as much
 /// still before it, are then less than the tolerance apart.
