@@ -22,6 +22,8 @@ pub struct GraphProfile {
     pub iterate_ms: f64,
     /// Steps tried, and steps for the last digits.
     pub steps: (usize, usize),
+    /// Factorisations of the whole, and solves with one that was kept.
+    pub passes: (usize, usize),
     /// A single step.
     pub step: solver::Profile,
 }
@@ -50,12 +52,13 @@ pub fn profile_graph(map: &SlamMap, options: &Options, rounds: usize) -> Result<
         let start_ms = lap();
         let report = rust_backend::solve_with(&mut solver, &graph, &mut x, &options.solver);
         let iterate_ms = lap();
+        let passes = solver.passes();
         let steps = (report.iterations.len(), report.polish.steps);
         let step = match &best {
             Some(best) => best.step,
             None => solver.profile(&graph, &x, 10 * rounds),
         };
-        let now = GraphProfile { build_ms, order_ms, start_ms, iterate_ms, steps, step };
+        let now = GraphProfile { build_ms, order_ms, start_ms, iterate_ms, steps, passes, step };
         best = Some(best.map_or(now, |best| GraphProfile {
             build_ms: best.build_ms.min(build_ms),
             order_ms: best.order_ms.min(order_ms),

@@ -48,6 +48,8 @@ pub(super) struct Factor {
     scratch: Vec<f64>,
     /// Scalar columns whose pivot was replaced, ascending.
     pub damped: Vec<usize>,
+    /// How often it was computed as a whole, and how often a right side was solved for with it, since it was made.
+    pub passes: (usize, usize),
 }
 
 impl Factor {
@@ -70,6 +72,7 @@ impl Factor {
     /// fails: a pivot that is nothing but rounding is replaced by its diagonal entry, and told in `damped`.
     pub fn compute(&mut self, structure: &Structure, h: &BlockMatrix, damping: f64, b: &mut [f64]) {
         self.damped.clear();
+        self.passes.0 += 1;
         compute_all(self, structure, h, damping, b);
     }
 
@@ -137,6 +140,7 @@ impl Factor {
 
     /// Solves LLᵀx = b in place; `x` in elimination order, three numbers a block.
     pub fn solve(&mut self, structure: &Structure, x: &mut [f64]) {
+        self.passes.1 += 1;
         forward_all(self, structure, x);
         backward_all(self, structure, x);
     }

@@ -25,6 +25,11 @@ pub struct Profile {
 }
 
 impl Solver {
+    /// Factorisations so far, and solves with one that was kept.
+    pub fn passes(&self) -> (usize, usize) {
+        self.equations.factor.passes
+    }
+
     /// Times each pass at x, so many times.
     pub fn profile(&mut self, problem: &dyn Problem, x: &[Block], rounds: usize) -> Profile {
         let equations = &mut self.equations;
