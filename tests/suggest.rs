@@ -18,8 +18,12 @@ fn simulated(scenario: Scenario, seed: u64, drift: f64) -> Simulation {
     simulate::run(scenario, &settings).expect("a run")
 }
 
+fn all(map: &SlamMap, options: &Options) -> hitl_slam::error::Result<Vec<Suggestion>> {
+    suggest(map, options, &|_| true)
+}
+
 fn suggested(map: &SlamMap) -> Vec<Suggestion> {
-    suggest(map, &Options::default()).expect("suggestions")
+    all(map, &Options::default()).expect("suggestions")
 }
 
 /// ATE after the first `count` suggestions, applied without a look.
@@ -88,11 +92,11 @@ fn a_torn_step_of_a_real_chain_is_named_where_a_metre_of_it_shows_too_little() {
     for seed in [3, 5] {
         let kick = damage::Settings { kind: Damage::Kick, count: 1, seed };
         let (map, done) = damage::map(&sound, &kick).expect("a kick");
-        let first = &suggest(&map, &Options { most: 1, ..Options::default() }).expect("suggestions")[0];
+        let first = &all(&map, &Options { most: 1, ..Options::default() }).expect("suggestions")[0];
         let named = format!("between poses {} and {}", done[0].first, done[0].last);
         assert!(first.kind == Kind::Break && first.reason.contains(&named), "{named}: {first:?}");
     }
-    let found = suggest(&sound, &Options { most: 1, ..Options::default() }).expect("suggestions");
+    let found = all(&sound, &Options { most: 1, ..Options::default() }).expect("suggestions");
     assert!(found.iter().all(|s| s.kind != Kind::Break), "a fault in a sound chain: {found:?}");
 }
 
@@ -107,13 +111,23 @@ fn where_nothing_is_wrong_nothing_is_suggested() {
     }
     let s = simulated(Scenario::Loop, 1, 1.0);
     let options = Options { visible_m: 50.0, ..Options::default() };
-    assert_eq!(suggest(&s.map, &options).expect("suggestions"), []);
+    assert_eq!(all(&s.map, &options).expect("suggestions"), []);
+}
+
+#[test]
+fn who_stops_listening_gets_what_was_found_until_then() {
+    let s = simulated(Scenario::Campus, 2, 1.0);
+    let whole = suggested(&s.map);
+    let until = |most: usize| move |found: usize| found < most;
+    assert_eq!(suggest(&s.map, &Options::default(), &until(0)).expect("none"), []);
+    let two = suggest(&s.map, &Options::default(), &until(2)).expect("two");
+    assert_eq!(two, whole[..2]);
 }
 
 #[test]
 fn every_suggestion_is_a_correction_that_hangs_on_its_two_poses() {
     let s = simulated(Scenario::Campus, 2, 1.0);
-    let found = suggest(&s.map, &Options { most: 3, ..Options::default() }).expect("suggestions");
+    let found = all(&s.map, &Options { most: 3, ..Options::default() }).expect("suggestions");
     assert_eq!(found.len(), 3);
     for (k, suggestion) in found.iter().enumerate() {
         let Suggestion { rank, poses, apart_m, misfit_before_m, misfit_after_m, correction, .. } = suggestion;
@@ -158,12 +172,12 @@ fn suggestions_do_not_depend_on_how_the_map_is_turned_nor_on_the_number_of_threa
 fn bad_input_is_refused_in_one_line() {
     let s = simulated(Scenario::Loop, 1, 1.0);
     let none = Options { most: 0, ..Options::default() };
-    assert!(message(suggest(&s.map, &none)).contains("most suggestions: found 0, expected 1 or more"));
+    assert!(message(all(&s.map, &none)).contains("most suggestions: found 0, expected 1 or more"));
     for visible_m in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let options = Options { visible_m, ..Options::default() };
-        assert!(message(suggest(&s.map, &options)).contains("visible distance: found"));
+        assert!(message(all(&s.map, &options)).contains("visible distance: found"));
     }
     let mut blind = s.map.clone();
     blind.observations = Observations::empty(blind.poses.len());
-    assert!(message(suggest(&blind, &Options::default())).contains("points: found none"));
+    assert!(message(all(&blind, &Options::default())).contains("points: found none"));
 }

@@ -85,7 +85,7 @@ fn kicked(chain: &SlamMap, seed: u64, error_m: impl Fn(&SlamMap) -> f64) -> Resu
 }
 
 fn course(map: &SlamMap, error_m: impl Fn(&SlamMap) -> f64, torn: Option<(usize, usize)>) -> Result<Course> {
-    let found = suggest::suggest(map, &suggest::Options::default())?;
+    let found = suggest::suggest(map, &suggest::Options::default(), &|_| true)?;
     let mut corrector = Corrector::new(map.clone(), Options::default())?;
     let mut all_m = vec![error_m(map)];
     for suggestion in &found {

@@ -128,6 +128,7 @@ function key(e: KeyboardEvent, compare: (on: boolean) => void): boolean {
     case "b": compare(true); return true;
     case "f": fit(); return true;
     case "m": if (!$<HTMLButtonElement>("match-now").disabled) $("match-now").click(); return true;
+    case "w": if (!$<HTMLButtonElement>("suggest").disabled) $("suggest").click(); return true;
     case "l": openLayers(); return true;
     case "e": openExports(); return true;
   }

@@ -50,6 +50,8 @@ export const model = {
   /** The keyboard's pen, on screen; null: the mouse draws. */
   pen: null as Point | null,
   preview: null as Preview | null,
+  /** The strokes were suggested: the poses that they hang on, and why. */
+  suggested: null as { anchors: [number, number]; reason: string } | null,
   busy: false,
   comparing: false,
   hovered: null as string | null,

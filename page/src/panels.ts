@@ -186,7 +186,7 @@ export function keys(): void {
     ["1 2 3 4", "same place, same line, parallel, right angle: then drag twice"], ["5", "straighten by one stroke"],
     ["Enter · Esc", "apply · one step back"], ["B (hold)", "the map as it came"], ["Ctrl+Z · Ctrl+Y", "undo, redo, without end"],
     ["wheel, + −", "zoom at the cursor"], ["drag, Space+drag, middle", "pan (while drawing: with Space or the middle button)"], ["F", "fit the map"],
-    ["arrows", "pan; while drawing: move the pen (Shift: far, Alt: fine), Space sets an end"], ["M", "match visits that come near each other"], ["L · E · ?", "layers, export, keys"], ["Delete", "on a correction in the list: delete it"],
+    ["arrows", "pan; while drawing: move the pen (Shift: far, Alt: fine), Space sets an end"], ["W", "where next: the stroke that would help most, to look at"], ["M", "match visits that come near each other"], ["L · E · ?", "layers, export, keys"], ["Delete", "on a correction in the list: delete it"],
     ["p …", "keys of the paper, if switched on under Solver"],
   ];
   open("Keys", el("table", {}, ...rows.map(([key, what]) => el("tr", {}, el("td", {}, el("kbd", {}, key)), el("td", {}, what)))));

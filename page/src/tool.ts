@@ -41,9 +41,15 @@ export function choose(tool: Tool): void {
 
 function reset(): void {
   previewing?.abort();
-  Object.assign(model, { strokes: [], drawing: null, preview: null, busy: false, pen: null });
+  Object.assign(model, { strokes: [], drawing: null, preview: null, suggested: null, busy: false, pen: null });
   $<HTMLInputElement>("weight").value = "1";
   sendGhost(null);
+}
+
+/** Of a suggestion the person takes all or nothing. */
+function drop(): void {
+  reset();
+  model.tool = "none";
 }
 
 /** Esc: one step back. */
@@ -53,7 +59,7 @@ export function back(): void {
     previewing?.abort();
     model.busy = false;
     model.preview = null;
-    model.strokes.pop();
+    if (model.suggested) drop(); else model.strokes.pop();
     sendGhost(null);
   } else if (model.pen) model.pen = null;
   else { reset(); model.tool = "none"; }
@@ -152,7 +158,18 @@ type PreviewHead = Omit<Preview, "ms"> & { poses: number; server_ms: number; b: 
 
 function nothing(reason: string): void { toast(`Nothing caught: ${reason}. Draw again, along a wall.`); }
 
-const asked = () => ({ mode: model.tool, a: model.strokes[0].drawn, b: model.strokes[1].drawn, weight: Number($<HTMLInputElement>("weight").value) || 1, revision: model.strokes[0].revision });
+const asked = () => ({ mode: model.tool, a: model.strokes[0].drawn, b: model.strokes[1].drawn, weight: Number($<HTMLInputElement>("weight").value) || 1, anchors: model.suggested?.anchors, revision: model.strokes[0].revision });
+
+/** Strokes that nobody drew, as if they had been: then the person looks. */
+export async function propose(what: { mode: Mode; strokes: [Ends, Ends]; anchors: [number, number]; weight: number; reason: string }): Promise<void> {
+  reset();
+  const [a, b] = what.strokes, caught = await ask(a);
+  model.tool = what.mode;
+  model.strokes = [caught, { ...caught, drawn: b, segment: null, points: new Uint32Array(0), count: 0, poses: 0, warning: null }];
+  model.suggested = { anchors: what.anchors, reason: what.reason };
+  $<HTMLInputElement>("weight").value = String(what.weight);
+  await preview();
+}
 
 export async function preview(): Promise<void> {
   previewing?.abort();
@@ -166,7 +183,7 @@ export async function preview(): Promise<void> {
     model.busy = false;
     const { poses, server_ms, b } = packed.head;
     if (b.reason) {
-      model.strokes = model.strokes.slice(0, 1);
+      if (model.suggested) drop(); else model.strokes = model.strokes.slice(0, 1);
       changed("tool");
       nothing(b.reason);
       return;
@@ -182,7 +199,7 @@ export async function preview(): Promise<void> {
   } catch (error) {
     if (mine.signal.aborted) return;
     model.busy = false;
-    model.strokes.pop();
+    if (model.suggested) drop(); else model.strokes.pop();
     changed("tool");
     complain(error);
   }
@@ -194,9 +211,9 @@ export async function commit(): Promise<void> {
   changed("tool");
   try {
     const packed = await postPacked<{ revision: number; poses: number; server_ms: number }>("/api/commit", asked());
-    reset();
-    takePoses(packed);
     // The same relation again is the likeliest next thing.
+    if (model.suggested) drop(); else reset();
+    takePoses(packed);
     changed("tool");
     changedCorrections();
   } catch (error) {
@@ -227,7 +244,7 @@ function show(): void {
       : state.corrections.length === 0
       ? state.matching.is_current && !state.matching.withdrawn ? "Is a wall there twice? Pick how its two parts relate: keys 1 to 4. All well? Export."
         : `Find a wall that is there twice, then pick how its two parts relate: keys 1 to 4.${state.matching.withdrawn || state.matching.footprints ? "" : " Or try Match now (M)."}`
-      : "Keys 1 to 4: the next correction. Hold B: before. Done? Export.");
+      : "Keys 1 to 4: the next correction. W: where next? Hold B: before. Done? Export.");
   } else if (tool === "plan") say(planStep());
   else if (tool === "straighten") say(drawing ? "Let go: the map turns until this wall lies along an axis." : "Draw along one wall: the map turns until it lies along an axis.");
   else if (drawing) {
@@ -240,7 +257,7 @@ function show(): void {
   else if (seen && !seen.accepted) say(el("span", { class: "bad" }, "This cannot be applied. "), "Esc: draw the second stroke again.");
   else if (seen) {
     const warning = strokes[1]?.warning;
-    say(...(warning ? [el("span", { class: "warn" }, `Second stroke: ${warning}. `)] : []), "The ghost is the corrected map. Enter applies it, Esc draws again.");
+    say(...(warning ? [el("span", { class: "warn" }, `Second stroke: ${warning}. `)] : []), model.suggested ? `${tool === "parallel" || tool === "perpendicular" ? "Do these two walls lie like that" : "Is this one wall"}? The ghost is the map if so: Enter applies it, Esc drops it.` : "The ghost is the corrected map. Enter applies it, Esc draws again.");
   }
   else {
     const warning = strokes[k - 1]?.warning;
@@ -254,7 +271,8 @@ function show(): void {
     else {
       const part = (what: string, [before, after]: [number | null, number | null], f: (v: number) => string) => before === null || after === null ? [] : [`${what} ${f(before)} → `, el("b", {}, f(after))];
       const [o, a] = [part("offset", seen.offset_m, length), part("angle", seen.angle_rad, angle)];
-      text.replaceChildren(...o, ...(o.length && a.length ? [" · "] : []), ...a);
+      const why = model.suggested ? [el("span", { class: "faint why" }, `Suggested: ${model.suggested.reason}.`)] : [];
+      text.replaceChildren(...o, ...(o.length && a.length ? [" · "] : []), ...a, ...why);
     }
     $<HTMLButtonElement>("commit").disabled = !seen.accepted || model.busy;
     $("preview-weight").hidden = !seen.accepted;

@@ -14,6 +14,42 @@ after(async () => { killAll(); await chromium?.close(); });
 
 const demo = (options) => openDemo(chromium, options);
 
+test("where next: a suggestion is drawn to be looked at, dropped, asked for again, applied; it can be given up", async () => {
+  const { served, person } = await demo();
+  const { page } = person;
+  const suggested = () => page.waitForFunction(() => window.hitl.model.suggested && window.hitl.model.preview?.accepted, null, { timeout: 60_000 });
+  const original = await person.poses();
+  await page.click("#suggest");
+  await page.waitForSelector("#work:not([hidden])");
+  assert.equal(await page.textContent("#work-text"), "looking where a stroke would help …");
+  await page.click("#cancel");
+  await page.waitForFunction(() => !document.getElementById("suggest").disabled);
+  assert.equal(await person.model((m) => m.strokes.length), 0, "given up");
+
+  await page.locator("#overlay").focus();
+  await page.keyboard.press("w");
+  await suggested();
+  await person.shot("where-next");
+  assert.match(await page.textContent("#preview-text"), /Suggested: .+ poses? \d+/);
+  assert.match(await person.status(), /^Is this one wall\? .+ Enter applies it, Esc drops it\.$/);
+  assert.deepEqual(await person.poses(), original, "a suggestion changes nothing");
+  await page.keyboard.press("Escape");
+  assert.deepEqual(await person.model((m) => [m.tool, m.strokes.length, m.suggested]), ["none", 0, null]);
+
+  await page.keyboard.press("w");
+  await suggested();
+  const { anchors } = await person.model((m) => m.suggested);
+  await person.changes(() => page.keyboard.press("Enter"));
+  assert.ok(distance(original, await person.poses()) > 0.5, "the map has changed");
+  const [correction] = await person.corrections();
+  assert.ok(correction.seen_from.every((poses, k) => poses.some((p) => Math.abs(p - anchors[k]) < 10)), "the walls that were meant are tied");
+  await person.shot("where-next-applied");
+  await page.locator("#overlay").focus();
+  await person.changes(() => page.keyboard.press("Control+z"));
+  assert.deepEqual(await person.poses(), original, "undo is exact");
+  await done({ served, person });
+});
+
 test("from the demo to a corrected map: draw, look, apply, undo, redo, switch off, reweight, delete, resume", async () => {
   const { served, person } = await demo();
   const { page } = person;

@@ -8,6 +8,7 @@ use hitl_slam::io;
 use hitl_slam::map::SlamMap;
 use hitl_slam::render::{self, Colour, MapPictureOptions, Overlay};
 use hitl_slam::suggest::{self, Options, Suggestion};
+use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
 use serde::Serialize;
 
 use super::{Outcome, load, options::at_least_one, options::positive, out, picture, report};
@@ -68,7 +69,13 @@ pub fn run(args: &Args) -> Result<Outcome> {
     let map = load::map(&args.input)?;
     let start = std::time::Instant::now();
     let options = Options { most: args.most, visible_m: args.visible_m, ..Options::default() };
-    let found = suggest::suggest(&map, &options)?;
+    let found = {
+        let bar = bar(args.most);
+        suggest::suggest(&map, &options, &|found| {
+            bar.set_position(found as u64);
+            true
+        })?
+    };
     let total_ms = start.elapsed().as_secs_f64() * 1e3;
     if let Some(path) = &args.corrections {
         let lines: Vec<_> = found.iter().map(|s| s.correction.clone()).collect();
@@ -89,6 +96,15 @@ pub fn run(args: &Args) -> Result<Outcome> {
         out::print(&text(&found, args.visible_m))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Cleared when it goes; hidden where there is no terminal.
+fn bar(most: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("looking for places {bar:30} {pos}/{len}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(most as u64).with_style(style).with_finish(ProgressFinish::AndClear);
+    bar.tick();
+    bar
 }
 
 fn text(found: &[Suggestion], visible_m: f64) -> String {

@@ -44,15 +44,14 @@ fn looked(look: &Look) -> (Value, Vec<u8>) {
     (head, caught.points.iter().flat_map(|p| p.to_le_bytes()).collect())
 }
 
-/// `POST /api/preview {mode, a, b, weight, revision}`: the poses as they would be, and what stroke b caught.
+/// `POST /api/preview {mode, a, b, weight, anchors, revision}` (anchors: the two poses that the strokes hang on, if they are known): the poses as they would be, and what stroke b caught.
 pub async fn preview(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     aside(app, move |app| {
         let start = Instant::now();
         let fields = object(&body)?;
-        let drawn = drawn(&fields)?;
         let mut desk = app.write();
         let desk = desk.as_mut().ok_or_else(Fault::nothing_open)?;
-        current(Some(desk), &fields)?;
+        let drawn = drawn(&fields, current(Some(desk), &fields)?)?;
         let (caught, points) = looked(&desk.session.catch(drawn.strokes[1]));
         let correction = desk.session.correction(&drawn);
         let world_from_map = desk.session.solved().world_from_map();
@@ -71,11 +70,10 @@ pub async fn preview(State(app): State<Arc<App>>, body: Bytes) -> Answer {
 pub async fn commit(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let changed = aside(Arc::clone(&app), move |app| {
         let fields = object(&body)?;
-        let drawn = drawn(&fields)?;
         let start = Instant::now();
         let mut desk = app.write();
         let desk = desk.as_mut().ok_or_else(Fault::nothing_open)?;
-        current(Some(desk), &fields)?;
+        let drawn = drawn(&fields, current(Some(desk), &fields)?)?;
         let correction = desk.session.correction(&drawn);
         carry_out(app, desk, Event::Correct(correction, EventResult::default()), start)
     })
@@ -138,7 +136,7 @@ pub fn current<'a>(desk: Option<&'a Desk>, fields: &Fields) -> Checked<&'a Desk>
     }
 }
 
-fn drawn(fields: &Fields) -> Checked<Drawn> {
+fn drawn(fields: &Fields, desk: &Desk) -> Checked<Drawn> {
     let mode = fields.get("mode").and_then(Value::as_str);
     let mode = Mode::ALL.into_iter().find(|m| Some(m.name()) == mode);
     let mode = mode.ok_or_else(|| Fault::bad("mode: found an unknown one, expected one of the four"))?;
@@ -147,7 +145,17 @@ fn drawn(fields: &Fields) -> Checked<Drawn> {
         Some(weight) => weight.as_f64().filter(|w| w.is_finite() && *w > 0.0),
     };
     let weight = weight.ok_or_else(|| Fault::bad("weight: expected a number > 0"))?;
-    Ok(Drawn { mode, strokes: [stroke(fields, "a")?, stroke(fields, "b")?], weight })
+    let poses = desk.session.solved().corrector().map().poses.len();
+    let pose = |value: &Value, k: usize| usize::try_from(value.get(k)?.as_u64()?).ok().filter(|p| *p < poses);
+    let anchors = match fields.get("anchors") {
+        None | Some(Value::Null) => None,
+        Some(both) => {
+            Some(pose(both, 0).zip(pose(both, 1)).map(<[usize; 2]>::from).ok_or_else(|| {
+                Fault::bad(format!("anchors: found {both}, expected two poses below {poses}"))
+            })?)
+        }
+    };
+    Ok(Drawn { mode, strokes: [stroke(fields, "a")?, stroke(fields, "b")?], anchors, weight })
 }
 
 /// Two different points that are somewhere.

@@ -11,8 +11,10 @@ use super::app::App;
 use super::edit::current;
 use super::wire::{Answer, Fault, answer, aside, object, packed};
 use crate::crosscheck as check;
+use crate::geometry::Vec2;
 use crate::metrics;
 use crate::session::Session;
+use crate::suggest;
 
 /// A copy of something of the open session.
 fn copy<T>(app: &App, of: impl FnOnce(&Session) -> T) -> std::result::Result<T, Fault> {
@@ -66,6 +68,39 @@ pub async fn matching(State(app): State<Arc<App>>, body: Bytes) -> Answer {
         }
         desk.session.learn(branch);
         Ok(answer(&json!({"revision": revision})))
+    })
+    .await
+}
+
+/// `POST /api/suggest {revision}`: the correction that would help most, on the map on screen: strokes in the world, the poses they hang on, the
+/// mode and weight, and why; null if nothing is visibly wrong. For [`super::edit::preview`], and a person's look.
+pub async fn suggest(State(app): State<Arc<App>>, body: Bytes) -> Answer {
+    aside(app, move |app| {
+        let fields = object(&body)?;
+        let working = app.begin("looking where a stroke would help".into());
+        let (map, world_from_map, pipeline, revision) = {
+            let desk = app.read();
+            let desk = current(desk.as_ref(), &fields)?;
+            let solved = desk.session.solved();
+            let pipeline = desk.session.state().settings.options();
+            (solved.corrector().map().clone(), solved.world_from_map(), pipeline, desk.revision)
+        };
+        let options = suggest::Options { most: 1, pipeline, ..suggest::Options::default() };
+        let told = |found| working.progress(found, 0) && app.shows(revision);
+        let found = suggest::suggest(&map, &options, &told)?;
+        if !told(0) {
+            return Err(given_up());
+        }
+        let suggestion = found.first().map(|s| {
+            let strokes = s.walls.map(|ends| {
+                ends.map(|[x, y]| world_from_map.transform_point(Vec2::new(x, y))).map(|p| [p.x, p.y])
+            });
+            json!({
+                "mode": s.correction.mode.name(), "weight": s.correction.weight, "strokes": strokes,
+                "anchors": s.poses, "reason": s.reason,
+            })
+        });
+        Ok(answer(&json!({"revision": revision, "suggestion": suggestion})))
     })
     .await
 }

@@ -158,6 +158,7 @@ fn router(app: Arc<App>) -> Router {
         .route("/api/act", post(edit::act))
         .route("/api/inconsistency", post(jobs::inconsistency))
         .route("/api/match", post(jobs::matching))
+        .route("/api/suggest", post(jobs::suggest))
         .route("/api/crosscheck", post(jobs::crosscheck))
         .route("/api/summary", post(jobs::summary))
         .route("/api/cancel", post(jobs::cancel))

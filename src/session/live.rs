@@ -18,6 +18,8 @@ pub struct Drawn {
     pub mode: Mode,
     /// The strokes' ends, world frame of [`Solved::map`].
     pub strokes: [[Vec2; 2]; 2],
+    /// The poses that they hang on; `None`: those that saw most of what they catch.
+    pub anchors: Option<[usize; 2]>,
     /// Multiplies the factor's cost; > 0.
     pub weight: f64,
 }
@@ -138,21 +140,29 @@ impl Session {
     pub fn anchor(&self, ends: [Vec2; 2]) -> Stroke {
         let seen = self.catch(ends).ok();
         let map = self.solved.corrector().map();
-        let ends = ends.map(|p| self.solved.world_from_map().inverse().transform_point(p));
-        let middle = (ends[0] + ends[1]) / 2.0;
+        let middle = self.solved.world_from_map().inverse().transform_point((ends[0] + ends[1]) / 2.0);
         let distance = |pose: usize| (map.poses[pose].translation() - middle).norm();
         let best = seen.and_then(|(c, _)| {
             c.poses.iter().max_by_key(|&&(pose, n)| (n, std::cmp::Reverse(pose))).map(|p| p.0)
         });
         let nearest = || (0..map.poses.len()).min_by(|&i, &j| distance(i).total_cmp(&distance(j)));
-        let pose = best.or_else(nearest).unwrap_or(0);
-        let robot_from_map = map.poses[pose].inverse();
-        Stroke::Pose { pose, points: ends.map(|p| robot_from_map.transform_point(p)) }
+        self.hung(ends, best.or_else(nearest).unwrap_or(0))
     }
 
-    /// The correction that a drawing stands for, under the next free name.
+    /// A stroke drawn on the map as it is shown, in the frame of a pose that the map has.
+    fn hung(&self, ends: [Vec2; 2], pose: usize) -> Stroke {
+        let world_from_robot =
+            self.solved.world_from_map().compose(self.solved.corrector().map().poses[pose]);
+        let robot_from_world = world_from_robot.inverse();
+        Stroke::Pose { pose, points: ends.map(|p| robot_from_world.transform_point(p)) }
+    }
+
+    /// The correction that a drawing stands for, under the next free name; its poses are the map's.
     pub fn correction(&self, drawn: &Drawn) -> Correction {
-        let [a, b] = drawn.strokes.map(|ends| self.anchor(ends));
+        let [a, b] = match drawn.anchors {
+            Some([i, j]) => [self.hung(drawn.strokes[0], i), self.hung(drawn.strokes[1], j)],
+            None => drawn.strokes.map(|ends| self.anchor(ends)),
+        };
         Correction { id: self.history.free_id(), mode: drawn.mode, a, b, weight: drawn.weight, enabled: true }
     }
 

@@ -76,23 +76,33 @@ impl Options {
 }
 
 /// Suggestions for a map as it stands, the most helpful first; empty where nothing is visibly wrong. They are meant to be applied in
-/// this order. The map is not changed.
+/// this order. The map is not changed. `told` hears how many were found so far, again and again; once it says false, these are
+/// all that is answered.
 ///
 /// # Errors
 /// [`Error::Input`] for options out of range or a map that cannot be corrected (no points).
-pub fn suggest(map: &SlamMap, options: &Options) -> Result<Vec<Suggestion>> {
+pub fn suggest(
+    map: &SlamMap,
+    options: &Options,
+    told: &(dyn Fn(usize) -> bool + Sync),
+) -> Result<Vec<Suggestion>> {
     options.validate()?;
     let mut search = Search {
         corrector: Corrector::new(map.clone(), options.pipeline)?,
         observations: &map.observations,
         options,
         found: Vec::new(),
+        told,
+        is_given_up: false,
     };
+    if search.is_over() {
+        return Ok(search.found);
+    }
     for fault in faults::find(map) {
         search.mend(&fault)?;
     }
     for _ in 0..MOST_SEARCHES {
-        if !search.visits()? {
+        if search.is_over() || !search.visits()? {
             break;
         }
     }
@@ -105,6 +115,8 @@ struct Search<'a> {
     observations: &'a Observations,
     options: &'a Options,
     found: Vec<Suggestion>,
+    told: &'a (dyn Fn(usize) -> bool + Sync),
+    is_given_up: bool,
 }
 
 /// A candidate on trial.
@@ -118,8 +130,10 @@ struct Trial {
 }
 
 impl Search<'_> {
-    fn is_full(&self) -> bool {
-        self.found.len() >= self.options.most
+    /// Says how far it is; true if there are enough suggestions, or nobody waits for them any more.
+    fn is_over(&mut self) -> bool {
+        self.is_given_up = self.is_given_up || !(self.told)(self.found.len());
+        self.is_given_up || self.found.len() >= self.options.most
     }
 
     /// Suggests what mends a fault.
@@ -132,7 +146,7 @@ impl Search<'_> {
         let mut sights: Vec<Sight> = across.iter().flat_map(|p| p.sights(&mut pieces)).collect();
         for _ in 0..MOST_PER_FAULT {
             let misfit_m = mean_misfit_m(&across, &self.corrector.map().poses);
-            if self.is_full() || misfit_m < self.options.visible_m {
+            if self.is_over() || misfit_m < self.options.visible_m {
                 break;
             }
             let trials = self.tried(&self.candidates(&sights), &across, Some(INSISTING))?;
@@ -170,7 +184,7 @@ impl Search<'_> {
         let mut pieces = Pieces::new(self.observations);
         let mut sights: Vec<Sight> = places.iter().flat_map(|p| p.sights(&mut pieces)).collect();
         let before = self.found.len();
-        while !self.is_full() {
+        while !self.is_over() {
             let poses = &self.corrector.map().poses;
             let misfit_m = mean_misfit_m(&places, poses);
             let candidates = self.candidates(&sights);

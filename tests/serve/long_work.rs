@@ -114,6 +114,42 @@ fn matching_visits_is_given_up_by_the_person_or_by_a_change_of_the_map_and_nothi
 }
 
 #[test]
+fn a_suggestion_comes_as_two_strokes_with_their_poses_changes_nothing_and_is_given_up() {
+    let scratch = Scratch::new("serve-suggest");
+    scratch.file("aces.clf.bz2", ACES);
+    let served = Served::start(&scratch.path(""), &["aces.clf.bz2"]);
+    let revision = served.state()["revision"].clone();
+    let ask = || served.post("/api/suggest", json!({"revision": revision}).to_string());
+    let reply = given_up(&served, "looking where a stroke would help", false, ask);
+    assert_eq!((reply.status, error(&reply)), (409, "given up".into()));
+
+    let before = served.get("/api/poses").body;
+    let suggestion = ask().json()["suggestion"].clone();
+    assert_eq!(served.get("/api/poses").body, before, "the map is as it was");
+    assert!(suggestion["reason"].as_str().unwrap().contains("pose"), "{suggestion}");
+    let [a, b] = [0, 1].map(|k| suggestion["strokes"][k].clone());
+    let mut asked = json!({"mode": suggestion["mode"], "weight": suggestion["weight"], "a": a, "b": b,
+        "anchors": suggestion["anchors"], "revision": revision});
+    let preview = served.post("/api/preview", asked.to_string()).packed();
+    assert_eq!(preview["accepted"], true, "{preview}");
+    let committed = served.post("/api/commit", asked.to_string());
+    assert_eq!(committed.status, 200);
+    let log = std::fs::read_to_string(scratch.path("session.jsonl")).unwrap();
+    let correction: Value = serde_json::from_str(log.lines().last().unwrap()).unwrap();
+    assert_eq!(json!([correction["a"]["pose"], correction["b"]["pose"]]), suggestion["anchors"]);
+
+    asked["revision"] = served.state()["revision"].clone();
+    for bad in [json!([0, 1_000_000]), json!([0]), json!("c1")] {
+        asked["anchors"] = bad;
+        let refused = served.post("/api/preview", asked.to_string());
+        assert_eq!(refused.status, 400);
+        assert!(error(&refused).starts_with("anchors: found"), "{}", error(&refused));
+    }
+    let outdated = ask();
+    assert_eq!(outdated.status, 409, "{}", error(&outdated));
+}
+
+#[test]
 fn a_cross_check_is_given_up() {
     if !hitl_slam::joint::Backend::Ceres.available() {
         crate::support::both_backends::skipped("built without Ceres");
