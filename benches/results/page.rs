@@ -7,10 +7,11 @@ pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error + Send + S
 
 /// Aims that are known not to be reached yet, by what their claims' names contain: while they are missed they stand in a table
 /// of their own, and not among the promises.
-const AIMS: [&str; 5] = [
+const AIMS: [&str; 6] = [
     "our CPU time, share of",
     "slip in the chain",
     "worst moment of the worst seed",
+    "100,000 poses: CPU time of one correction",
     "3,100 poses: median time of",
     "pose by pose: CPU time",
 ];

@@ -76,14 +76,11 @@ pub(super) fn factor_panel(
             damped(j + k);
             if before > 0.0 { before } else { 1.0 }
         };
-        // A pivot waits for the quotient before it, not for its root: along a chain nothing else takes as long.
-        let (a10, a20) = (first[j + 1], first[j + 2]);
-        let q0 = 1.0 / pivot(first[j], 0);
-        let q1 = 1.0 / pivot(second[j + 1] - a10 * (a10 * q0), 1);
-        let a21 = second[j + 2] - a20 * (a10 * q0);
-        let q2 = 1.0 / pivot(third[j + 2] - a20 * (a20 * q0) - a21 * (a21 * q1), 2);
-        let (i0, i1, i2) = (q0.sqrt(), q1.sqrt(), q2.sqrt());
-        let (l10, l20, l21) = (a10 * i0, a20 * i0, a21 * i1);
+        let i0 = 1.0 / pivot(first[j], 0).sqrt();
+        let (l10, l20) = (first[j + 1] * i0, first[j + 2] * i0);
+        let i1 = 1.0 / pivot(second[j + 1] - l10 * l10, 1).sqrt();
+        let l21 = (second[j + 2] - l20 * l10) * i1;
+        let i2 = 1.0 / pivot(third[j + 2] - l20 * l20 - l21 * l21, 2).sqrt();
         let from = (j + 3) & !3;
         let fours = first[from..].as_chunks_mut::<4>().0.iter_mut();
         let fours =
