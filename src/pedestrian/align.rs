@@ -16,7 +16,6 @@ use rayon::prelude::*;
 use super::feetslam::Group;
 use super::options::{OdometryNoise, Options, Start};
 use super::overlap::{Boards, Fit, Placing, Shape};
-pub use super::overlap::{evidence, ln_gamma};
 use super::smoothing::{Chain, smooth};
 use super::walk::Walk;
 use crate::error::Result;
@@ -28,13 +27,14 @@ const WEIGHT_OF_FIT: f64 = 1.2;
 const ENOUGH: f64 = 0.29;
 /// Rounds of estimating scales from paths that are consistent.
 const RESCALINGS: usize = 5;
-/// The start pose is that of the dead reckoning of so many metres, laid onto the path that was found.
-const START_M: f64 = 5.0;
+/// The start pose is that of the dead reckoning of so many metres, laid onto the path that was found: over fewer the path's own error
+/// turns it, over more the drift does.
+const START_M: f64 = 15.0;
 
 /// The heading noise that a walk itself shows is believed down to this share of the options'.
 const LEAST_NOISE: f64 = 0.1;
-/// Rounds of taking the noise from a walk: more of them believe ever less of it.
-const CALIBRATIONS: usize = 2;
+/// Rounds of taking noise and drift from a walk: a part that was folded wrongly needs some until the odometry straightens it.
+const CALIBRATIONS: usize = 4;
 
 /// Where walkers start.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,7 +91,7 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         // Everybody not yet placed against everybody placed.
         let placed: Vec<Shape> =
             members.iter().zip(&alignment.placed).filter(|(_, p)| **p).map(|(m, _)| m.shape()).collect();
-        let boards = Boards::new(&placed, start.pose.translation())?;
+        let boards = Boards::new(&placed, start.pose.translation(), options.alpha)?;
         let open: Vec<usize> = (0..count).filter(|&j| !alignment.placed[j]).collect();
         let fits: Vec<Option<Fit>> = open
             .par_iter()
@@ -124,11 +124,13 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         }
     }
     // The first walker's start is given: the whole world follows it.
-    let world = start.pose.compose(members[0].start().inverse());
-    for (member, (at, placed)) in members.iter_mut().zip(alignment.starts.iter_mut().zip(&alignment.placed)) {
-        let motion = if *placed { world } else { start.pose.compose(member.start().inverse()) };
+    let world = start.pose.compose(members[0].start(&walks[0]).inverse());
+    for (j, member) in members.iter_mut().enumerate() {
+        let given = walks[j].scaled(alignment.scales[j]);
+        let alone = || start.pose.compose(member.start(&given).inverse());
+        let motion = if alignment.placed[j] { world } else { alone() };
         member.nodes.iter_mut().for_each(|node| *node = motion.compose(*node));
-        *at = member.start();
+        alignment.starts[j] = member.start(&given);
         alignment.paths.push(member.chain.filled(&member.walk, &member.nodes));
     }
     Ok(alignment)
@@ -198,12 +200,12 @@ impl Member {
         self.draw_path();
     }
 
-    /// Start pose: the dead reckoning of the first metres, laid onto the nodes.
-    fn start(&self) -> Pose2 {
+    /// Start pose: the first metres of the dead reckoning as it was given, laid onto the path.
+    fn start(&self, given: &Walk) -> Pose2 {
         let poses = self.chain.filled(&self.walk, &self.nodes);
-        let count = self.walk.steps_to_length(START_M).min(self.walk.steps.len());
+        let count = given.steps_to_length(START_M).min(given.steps.len());
         let from: Vec<Vec2> =
-            self.walk.track(Pose2::IDENTITY)[..=count].iter().map(|p| p.translation()).collect();
+            given.track(Pose2::IDENTITY)[..=count].iter().map(|p| p.translation()).collect();
         let to: Vec<Vec2> = poses[..=count].iter().map(|p| p.translation()).collect();
         super::metrics::rigid_fit(&from, &to)
     }

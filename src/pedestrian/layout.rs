@@ -81,7 +81,12 @@ impl Layout {
 
     /// True if a world point lies in the window itself, not only in its wrapped copies.
     pub fn contains(&self, grid: &HexGrid, world: Vec2) -> bool {
-        let cell = grid.cell_at(world);
+        self.holds(grid.cell_at(world))
+    }
+
+    /// True if a cell lies in the window itself.
+    #[inline(always)]
+    pub fn holds(&self, cell: Cell) -> bool {
         self.cell(self.id(cell)) == cell
     }
 

@@ -9,6 +9,7 @@
 
 pub mod align;
 pub mod bend;
+pub mod evidence;
 pub mod feetslam;
 pub mod footslam;
 mod genealogy;

@@ -1,10 +1,11 @@
 //! How well one walker's way fits on the map of others, and where best: the evidence, and the search for its maximum.
 
+use rayon::prelude::*;
+
+use super::evidence::{Board, Trial};
 use super::hex::HexGrid;
 use super::hough;
-use super::layout::Layout;
 use super::options::Options;
-use super::transition_map::TransitionMap;
 use crate::error::Result;
 use crate::geometry::{Pose2, Vec2, angle_diff, wrap_angle};
 
@@ -14,9 +15,6 @@ const MANY: usize = 4;
 const DIFFERENT: (f64, f64) = (3.0, 0.25);
 /// Hexagons on which candidates are compared, and on which the best are refined, metres.
 const RADII_M: [f64; 2] = [1.5, 0.75];
-/// A path is drawn in copies that are moved by this much, metres: its own uncertainty, and hides the cells' borders.
-const BLUR_M: f64 = 0.35;
-const COPIES: usize = 7;
 /// Candidates that are refined: with few of them the next best place is missed, and a chance fit looks like the only one.
 const REFINED: usize = 24;
 /// Coordinate search: radians, metres and share of the scale, halved several times.
@@ -35,6 +33,14 @@ pub(super) struct Placing {
 impl Placing {
     pub fn of(&self, p: Vec2) -> Vec2 {
         self.motion.transform_point(p * self.scale)
+    }
+
+    /// The same of many points, into a buffer.
+    fn of_all(&self, path: &[Vec2], moved: &mut Vec<Vec2>) {
+        let (s, c) = self.motion.theta_rad.sin_cos();
+        let (s, c, t) = (self.scale * s, self.scale * c, self.motion.translation());
+        moved.clear();
+        moved.extend(path.iter().map(|p| Vec2::new(c * p.x - s * p.y, s * p.x + c * p.y) + t));
     }
 }
 
@@ -58,12 +64,8 @@ pub(super) struct Shape<'a> {
 impl Shape<'_> {
     /// Its evidence against a map of many passes along the same way: what a perfect fit could reach.
     pub fn own_evidence(&self, origin: Vec2, alpha: f64) -> Result<f64> {
-        let grid = grid(RADII_M[0], origin);
-        let layout = Layout::around(&grid, self.corners.iter().copied())?;
-        let map = drawn(&grid, layout, self.corners, |p| p);
-        let mut many = map.clone();
-        (1..MANY).for_each(|_| many.add_map(&map));
-        Ok(evidence(&many, &map, alpha).max(1.0))
+        let board = Board::new(grid(RADII_M[0], origin), &[self.corners; MANY], alpha)?;
+        Ok(board.evidence(self.corners, &mut Trial::default()).max(1.0))
     }
 }
 
@@ -71,29 +73,31 @@ fn grid(radius_m: f64, origin: Vec2) -> HexGrid {
     HexGrid { radius_m, angle_rad: 0.1, origin }
 }
 
-/// The map of those who are placed, coarse and fine.
+/// The ways of those who are placed, coarse and fine.
 pub(super) struct Boards<'a> {
     paths: Vec<&'a [Vec2]>,
-    boards: [(HexGrid, Layout, TransitionMap); 2],
+    boards: [Board; 2],
+}
+
+/// Buffers of one thread.
+#[derive(Default)]
+struct Buffers {
+    moved: Vec<Vec2>,
+    trial: Trial,
 }
 
 impl<'a> Boards<'a> {
     /// Of shapes that lie where they belong; `origin` is where the hexagons begin.
-    pub fn new(shapes: &[Shape<'a>], origin: Vec2) -> Result<Boards<'a>> {
-        let board = |radius_m: f64| -> Result<(HexGrid, Layout, TransitionMap)> {
-            let grid = grid(radius_m, origin);
-            let layout = Layout::around(&grid, shapes.iter().flat_map(|s| s.corners.iter().copied()))?;
-            let mut map = TransitionMap::new(grid, layout);
-            shapes.iter().for_each(|s| map.add_map(&drawn(&grid, layout, s.corners, |p| p)));
-            Ok((grid, layout, map))
-        };
+    pub fn new(shapes: &[Shape<'a>], origin: Vec2, alpha: f64) -> Result<Boards<'a>> {
+        let corners: Vec<&[Vec2]> = shapes.iter().map(|s| s.corners).collect();
+        let board = |radius_m: f64| Board::new(grid(radius_m, origin), &corners, alpha);
         let boards = [board(RADII_M[0])?, board(RADII_M[1])?];
         Ok(Boards { paths: shapes.iter().map(|s| s.path).collect(), boards })
     }
 
-    fn score(&self, board: usize, path: &[Vec2], placing: Placing, alpha: f64) -> f64 {
-        let (grid, layout, map) = &self.boards[board];
-        evidence(map, &drawn(grid, *layout, path, |p| placing.of(p)), alpha)
+    fn score(&self, board: usize, path: &[Vec2], placing: Placing, buffers: &mut Buffers) -> f64 {
+        placing.of_all(path, &mut buffers.moved);
+        self.boards[board].evidence(&buffers.moved, &mut buffers.trial)
     }
 
     /// The place of a walker with the greatest evidence, and how near the next one comes.
@@ -104,8 +108,9 @@ impl<'a> Boards<'a> {
         for &scale in scales {
             let scaled: Vec<Vec2> = shape.path.iter().map(|p| p * scale).collect();
             let motions = hough::candidates(&self.paths, &[&scaled]);
-            let placings = motions.into_iter().map(|motion| Placing { motion, scale });
-            candidates.extend(placings.map(|p| (self.score(0, path, p, options.alpha), p)));
+            let placings = motions.into_par_iter().map(|motion| Placing { motion, scale });
+            let scored = placings.map_init(Buffers::default, |buffers, p| (self.score(0, path, p, buffers), p));
+            candidates.par_extend(scored);
         }
         candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
         let centre = middle(path);
@@ -120,15 +125,16 @@ impl<'a> Boards<'a> {
                 chosen.push(candidate);
             }
         }
-        let refined = chosen.into_iter().map(|(value, placing)| {
-            refine(value, placing, path, options.align_scale, &|p| self.score(0, path, p, options.alpha))
+        let refined = chosen.into_par_iter().map_init(Buffers::default, |buffers, (value, placing)| {
+            refine(value, placing, path, options.align_scale, &mut |p| self.score(0, path, p, buffers))
         });
         let mut refined: Vec<(f64, Placing)> = refined.collect();
         refined.sort_by(|a, b| b.0.total_cmp(&a.0));
         let &(value, placing) = refined.first()?;
         let rival = refined.iter().find(|(_, p)| apart(p, &placing, DIFFERENT)).map_or(0.0, |(v, _)| *v);
-        let fine = |p| self.score(1, path, p, options.alpha);
-        let (_, placing) = refine(fine(placing), placing, path, options.align_scale, &fine);
+        let mut buffers = Buffers::default();
+        let mut fine = |p| self.score(1, path, p, &mut buffers);
+        let (_, placing) = refine(fine(placing), placing, path, options.align_scale, &mut fine);
         (value > 0.0).then(|| Fit { support: value / own_evidence, rival: rival / own_evidence, placing })
     }
 }
@@ -139,7 +145,7 @@ fn refine(
     mut placing: Placing,
     path: &[Vec2],
     with_scale: bool,
-    score: &dyn Fn(Placing) -> f64,
+    score: &mut dyn FnMut(Placing) -> f64,
 ) -> (f64, Placing) {
     let middle = middle(path);
     let [mut turn_rad, mut shift_m, mut stretch] = FIRST_STEP;
@@ -177,49 +183,4 @@ fn refine(
 
 fn middle(path: &[Vec2]) -> Vec2 {
     path.iter().sum::<Vec2>() / path.len().max(1) as f64
-}
-
-/// A path, moved, as a map: copies a little apart that together count once.
-fn drawn(grid: &HexGrid, layout: Layout, path: &[Vec2], moved: impl Fn(Vec2) -> Vec2) -> TransitionMap {
-    let mut map = TransitionMap::new(*grid, layout);
-    let moved: Vec<Vec2> = path.iter().map(|p| moved(*p)).collect();
-    for copy in 0..COPIES {
-        let (s, c) = (copy as f64 * std::f64::consts::TAU / (COPIES - 1) as f64).sin_cos();
-        let offset = if copy == COPIES - 1 { Vec2::zeros() } else { Vec2::new(c, s) * BLUR_M };
-        let copy: Vec<Vec2> = moved.iter().map(|p| p + offset).collect();
-        // What lies outside the window would wrap around it; there is nothing there to compare with.
-        for part in copy.split(|p| !layout.contains(grid, *p)) {
-            map.add_path(part, 1.0 / COPIES as f64);
-        }
-    }
-    map
-}
-
-/// ln of how much more likely two maps are if one building made both.
-pub fn evidence(a: &TransitionMap, b: &TransitionMap, alpha: f64) -> f64 {
-    let ln_beta = |counts: [f64; 6]| {
-        let sum: f64 = counts.iter().sum();
-        counts.iter().map(|n| ln_gamma(n + alpha)).sum::<f64>() - ln_gamma(sum + 6.0 * alpha)
-    };
-    let nothing = ln_beta([0.0; 6]);
-    let both = b.cells().map(|(cell, _)| {
-        let (n_a, n_b) = (a.counts_of(cell), b.counts_of(cell));
-        if n_a.iter().sum::<f64>() == 0.0 {
-            return 0.0;
-        }
-        ln_beta(std::array::from_fn(|e| n_a[e] + n_b[e])) - ln_beta(n_a) - ln_beta(n_b) + nothing
-    });
-    both.sum()
-}
-
-/// ln Γ(x) for x > 0, to 1e-10: Stirling's series above 8, the recurrence below.
-pub fn ln_gamma(x: f64) -> f64 {
-    let (mut x, mut product) = (x, 1.0);
-    while x < 8.0 {
-        product *= x;
-        x += 1.0;
-    }
-    let i = 1.0 / (x * x);
-    let series = (1.0 / 12.0 - i * (1.0 / 360.0 - i * (1.0 / 1260.0 - i / 1680.0))) / x;
-    (x - 0.5) * x.ln() - x + 0.5 * std::f64::consts::TAU.ln() + series - f64::ln(product)
 }

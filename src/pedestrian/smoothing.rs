@@ -23,14 +23,14 @@ const STRIDE: usize = 3;
 const WAY_SIGMA_M: f64 = 0.3;
 /// From here on a tie is doubted, standard deviations (Cauchy).
 const DOUBT: f64 = 1.5;
-/// Passes are tied if they are this near, metres, per round.
-const REACH_M: [f64; 6] = [1.5, 1.2, 1.0, 0.8, 0.8, 0.8];
-/// And if their directions differ by less, radians, modulo π.
-const PARALLEL_RAD: f64 = 0.4;
+/// Passes are tied if they are this near, metres, and their directions differ by less, radians, modulo π; per round. Ways that part
+/// at a small angle, as where a corner is cut, are not one.
+const REACH: [(f64, f64); 6] = [(1.5, 0.4), (1.2, 0.4), (1.0, 0.2), (0.8, 0.15), (0.8, 0.15), (0.8, 0.15)];
 /// Nearer along the walk than this, metres, it is the same pass.
 const SAME_PASS_M: f64 = 8.0;
-/// Ties of a node at most.
-const TIES: usize = 4;
+/// Ties of a node at most: with passes of the same walker, and of the others. The nearest passes are mostly one's own: they would
+/// leave no room for anybody else's.
+const TIES: [usize; 2] = [4, 8];
 
 /// Over so much of the way the noise of the heading is measured, metres.
 pub const WINDOW_M: f64 = 30.0;
@@ -92,32 +92,35 @@ impl Chain {
         turned
     }
 
-    /// The steady part of the heading drift along these nodes, radians per metre: the slope of a straight line through it.
+    /// The steady part of the heading drift along these nodes, radians per metre: the median slope from each node to the one half
+    /// the walk later (after Theil and Sen), so that a part that is still folded wrongly does not count.
     pub fn drift_rad_per_m(&self, walk: &Walk, nodes: &[Pose2]) -> f64 {
-        let turned = self.turned_rad(walk, nodes);
-        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-        let (at_m, at_rad) = (mean(&self.lengths_m), mean(&turned));
-        let (mut both, mut own) = (0.0, 0.0);
-        for (length_m, rad) in self.lengths_m.iter().zip(&turned) {
-            both += (length_m - at_m) * (rad - at_rad);
-            own += (length_m - at_m).powi(2);
-        }
-        if own > 0.0 { both / own } else { 0.0 }
+        let half_m = self.lengths_m.last().map_or(0.0, |l| l / 2.0);
+        let slopes = self.turns_over(walk, nodes, half_m).map(|(metres, rad)| rad / metres);
+        median(slopes.collect()).unwrap_or(0.0)
     }
 
     /// What the walk itself shows of the heading noise, radians per [`OdometryNoise::STEP_M`]: how far the dead reckoning turned
-    /// away from these nodes over [`WINDOW_M`], in the root mean square, as a random walk of the heading would. `None` for
-    /// walks that are too short.
+    /// away from these nodes over [`WINDOW_M`], as a random walk of the heading would; from the median square, which a part that is
+    /// still folded wrongly does not change. `None` for walks that are too short.
     pub fn heading_noise_rad(&self, walk: &Walk, nodes: &[Pose2]) -> Option<f64> {
+        let squares = self.turns_over(walk, nodes, WINDOW_M).map(|(metres, rad)| rad * rad / metres);
+        // The median of χ² with one degree of freedom is 0.4549.
+        median(squares.collect()).map(|square| f64::sqrt(square * OdometryNoise::STEP_M / 0.4549))
+    }
+
+    /// From every node on for `over_m` metres: the metres, and how far the dead reckoning turned away from the path, radians.
+    fn turns_over<'a>(
+        &'a self,
+        walk: &Walk,
+        nodes: &[Pose2],
+        over_m: f64,
+    ) -> impl Iterator<Item = (f64, f64)> + 'a {
         let turned = self.turned_rad(walk, nodes);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (k, &length_m) in self.lengths_m.iter().enumerate() {
-            let last = self.lengths_m.partition_point(|l| *l < length_m + WINDOW_M);
-            let Some(end_m) = self.lengths_m.get(last) else { break };
-            sum += (turned[last] - turned[k]).powi(2) / ((end_m - length_m) / OdometryNoise::STEP_M);
-            count += 1.0;
-        }
-        (count > 0.0).then(|| f64::sqrt(sum / count))
+        self.lengths_m.iter().enumerate().map_while(move |(k, &from_m)| {
+            let last = self.lengths_m.partition_point(|l| *l < from_m + over_m);
+            Some((self.lengths_m.get(last)? - from_m, turned[last] - turned[k])).filter(|(m, _)| *m > 0.0)
+        })
     }
 
     /// How much longer the way along these nodes is than the dead reckoning has it, link by link: Σ Δ·Δ′ / Σ Δ·Δ.
@@ -267,8 +270,8 @@ pub fn smooth(chains: &[&Chain], nodes: &mut [Vec<Pose2>]) {
         Joint { chains, first, links: links.collect(), ties: Vec::new(), weight: 1.0 / WAY_SIGMA_M };
     let options =
         solver::Options { max_iterations: 8, relative_decrease: 1e-6, step: 1e-4, ..Default::default() };
-    for reach_m in REACH_M {
-        joint.ties = ties(&joint, nodes, reach_m);
+    for reach in REACH {
+        joint.ties = ties(&joint, nodes, reach);
         let mut x: Vec<Block> = nodes.iter().flatten().map(|p| p.to_array()).collect();
         solver::minimize(&joint, &mut x, &[0], &options);
         let mut blocks = x.into_iter();
@@ -282,7 +285,7 @@ pub fn smooth(chains: &[&Chain], nodes: &mut [Vec<Pose2>]) {
 }
 
 /// Which node goes along which pass.
-fn ties(joint: &Joint, nodes: &[Vec<Pose2>], reach_m: f64) -> Vec<Tie> {
+fn ties(joint: &Joint, nodes: &[Vec<Pose2>], (reach_m, parallel_rad): (f64, f64)) -> Vec<Tie> {
     use std::collections::BTreeMap;
     const SIDE_M: f64 = 3.0;
     let square = |p: Vec2| ((p.x / SIDE_M).floor() as i64, (p.y / SIDE_M).floor() as i64);
@@ -320,7 +323,7 @@ fn ties(joint: &Joint, nodes: &[Vec<Pose2>], reach_m: f64) -> Vec<Tie> {
                     let normal = Vec2::new(-d.y, d.x) / length;
                     let off_m = normal.dot(&(p - a)).abs();
                     let parallel = heading.perp(&d).abs() / (heading.norm() * length);
-                    if !(0.0..1.0).contains(&share) || off_m > reach_m || parallel > PARALLEL_RAD.sin() {
+                    if !(0.0..1.0).contains(&share) || off_m > reach_m || parallel > parallel_rad.sin() {
                         continue;
                     }
                     let tie =
@@ -330,9 +333,12 @@ fn ties(joint: &Joint, nodes: &[Vec<Pose2>], reach_m: f64) -> Vec<Tie> {
             }
             found.sort_by(|a, b| a.0.total_cmp(&b.0));
             let mut passes: Vec<(usize, f64)> = Vec::new();
+            let mut room = TIES;
             for (_, tie, pass) in found {
                 let seen = passes.iter().any(|p| p.0 == pass.0 && (p.1 - pass.1).abs() < SAME_PASS_M);
-                if !seen && passes.len() < TIES {
+                let room = &mut room[usize::from(pass.0 != c)];
+                if !seen && *room > 0 {
+                    *room -= 1;
                     passes.push(pass);
                     ties.push(tie);
                 }
@@ -340,4 +346,10 @@ fn ties(joint: &Joint, nodes: &[Vec<Pose2>], reach_m: f64) -> Vec<Tie> {
         }
     }
     ties
+}
+
+/// The middle of some numbers.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
 }

@@ -1,12 +1,11 @@
 //! The direction of the grid, the bends that forbid it, and walks whose start is unknown.
 
 use hitl_slam::geometry::{Pose2, Vec2};
-use hitl_slam::pedestrian::align::{evidence, find_starts, ln_gamma};
+use hitl_slam::pedestrian::align::find_starts;
 use hitl_slam::pedestrian::bend::{harmful_bend, harmful_curve};
 use hitl_slam::pedestrian::grid::{group_direction, long_direction};
-use hitl_slam::pedestrian::hex::HexGrid;
 use hitl_slam::pedestrian::random::Key;
-use hitl_slam::pedestrian::{Layout, OdometryNoise, Options, Start, TransitionMap};
+use hitl_slam::pedestrian::{OdometryNoise, Options, Start};
 use hitl_slam::simulate::walkers::{Route, Scenario, Settings, gait};
 
 use crate::support::Dice;
@@ -114,35 +113,6 @@ fn a_long_walk_tells_the_direction_of_its_corridors_better_than_its_first_metres
     let track: Vec<Vec2> = (0..40).map(|k| Vec2::new(0.7 * f64::from(k), 0.0)).collect();
     let none = long_direction([(track.as_slice(), 0.7)].into_iter(), &OdometryNoise::default());
     assert_eq!(none, None, "28 m are not long");
-}
-
-#[test]
-fn ln_gamma_is_that_of_the_factorials() {
-    let mut factorial = 0.0;
-    for n in 1..60 {
-        assert!((ln_gamma(f64::from(n)) - factorial).abs() < 1e-9 * (1.0 + factorial), "{n}");
-        factorial += f64::from(n).ln();
-    }
-    assert!((ln_gamma(0.5) - 0.5 * std::f64::consts::PI.ln()).abs() < 1e-10);
-}
-
-#[test]
-fn evidence_is_greatest_where_two_maps_agree_and_zero_where_they_do_not_meet() {
-    let grid = HexGrid { radius_m: 0.5, angle_rad: 0.0, origin: Vec2::zeros() };
-    let layout = Layout::around(&grid, [Vec2::new(-20.0, -20.0), Vec2::new(20.0, 20.0)]).unwrap();
-    let map = |y: f64| {
-        let mut map = TransitionMap::new(grid, layout);
-        map.add_path(&[Vec2::new(-10.0, y), Vec2::new(10.0, y)], 3.0);
-        map
-    };
-    let across = {
-        let mut map = TransitionMap::new(grid, layout);
-        map.add_path(&[Vec2::new(0.0, -10.0), Vec2::new(0.0, 10.0)], 3.0);
-        map
-    };
-    assert!(evidence(&map(0.1), &map(0.1), 0.8) > 20.0);
-    assert_eq!(evidence(&map(0.1), &map(8.0), 0.8), 0.0);
-    assert!(evidence(&map(0.1), &across, 0.8) < 1.0);
 }
 
 #[test]

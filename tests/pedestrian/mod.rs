@@ -1,4 +1,5 @@
 mod align;
+mod evidence;
 mod files;
 mod filter;
 mod grid;

@@ -49,6 +49,9 @@ pub struct Args {
     /// building, office: walkers who stay where nobody else goes
     #[arg(long, value_name = "N", default_value_t = 0)]
     strangers: usize,
+    /// building, office: walkers, before the strangers, who go with the others for half of the time and like the strangers for the other half
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    half_strangers: usize,
     /// building: its walls, `x1, y1, x2, y2` a line
     #[arg(long, value_name = "WALLS")]
     plan: Option<PathBuf>,
@@ -70,6 +73,7 @@ pub fn run(args: &Args) -> Result<Outcome> {
         bend_at_m: args.bend_at_m,
         radius_m: args.radius_m,
         strangers: args.strangers,
+        half_strangers: args.half_strangers,
     };
     let walls = match &args.plan {
         Some(path) => io::floor_plan::read(path)?.value,

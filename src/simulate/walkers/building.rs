@@ -19,7 +19,7 @@ const RATE_DEG_PER_MIN: f64 = 1.5;
 pub(super) fn plan(settings: &Settings, walls: &[Segment], key: Key) -> Result<Plan> {
     let planner = Planner::new(walls)?;
     let shared = spread_places(&planner, PLACES, key.named("places"));
-    let apart = match settings.strangers {
+    let apart = match settings.strangers + settings.half_strangers {
         0 => Vec::new(),
         _ => places_apart(&planner, &shared, key.named("apart"))?,
     };
@@ -27,7 +27,15 @@ pub(super) fn plan(settings: &Settings, walls: &[Segment], key: Key) -> Result<P
     let walkers = (0..count).map(|k| {
         let key = key.named("walker").with(k as u64);
         let is_stranger = k + settings.strangers >= count;
-        let route = route(&planner, if is_stranger { &apart } else { &shared }, settings.minutes, key);
+        let is_half = !is_stranger && k + settings.strangers + settings.half_strangers >= count;
+        // Of the half strangers every second one begins apart.
+        let parts = match (is_stranger, is_half) {
+            (true, _) => vec![&apart],
+            (_, false) => vec![&shared],
+            _ if k % 2 == 0 => vec![&shared, &apart],
+            _ => vec![&apart, &shared],
+        };
+        let route = route(&planner, &parts, settings.minutes, key);
         let per_min = RATE_DEG_PER_MIN * key.named("drift").normal(0);
         let rate_rad_per_m = per_min.to_radians() / (60.0 / STEP_S * STEP_M);
         (route, Drift { rate_rad_per_m, heading_rad: 0.1f64.to_radians(), scale: 0.003, ..Drift::STEADY })
@@ -96,17 +104,20 @@ fn places_apart(planner: &Planner, shared: &[Vec2], key: Key) -> Result<Vec<Vec2
     Err(Error::input("strangers", message))
 }
 
-fn route(planner: &Planner, places: &[Vec2], minutes: f64, key: Key) -> Route {
+/// Between places of the first part for the first part of the time, then of the next.
+fn route(planner: &Planner, parts: &[&Vec<Vec2>], minutes: f64, key: Key) -> Route {
     let length_m = minutes * 60.0 / STEP_S * STEP_M;
-    let mut at = (key.uniform(0) * places.len() as f64) as usize;
-    let mut points: Vec<Vec2> = vec![places[at]];
+    let mut here = parts[0][(key.uniform(0) * parts[0].len() as f64) as usize];
+    let mut points: Vec<Vec2> = vec![here];
     let mut walked_m = 0.0;
     for draw in 1..10_000 {
         if walked_m >= length_m {
             break;
         }
-        let next = (key.uniform(draw) * places.len() as f64) as usize;
-        let Some(way) = (next != at).then(|| planner.way(places[at], places[next])).flatten() else {
+        let part = (walked_m / length_m * parts.len() as f64) as usize;
+        let places = parts[part.min(parts.len() - 1)];
+        let next = places[(key.uniform(draw) * places.len() as f64) as usize];
+        let Some(way) = (next != here).then(|| planner.way(here, next)).flatten() else {
             continue;
         };
         for p in &way[1..] {
@@ -120,7 +131,7 @@ fn route(planner: &Planner, places: &[Vec2], minutes: f64, key: Key) -> Route {
                 break;
             }
         }
-        at = next;
+        here = next;
     }
     if points.len() < 2 {
         points.push(points[0] + Vec2::new(STEP_M, 0.0));

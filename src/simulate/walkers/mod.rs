@@ -85,6 +85,8 @@ pub struct Settings {
     pub radius_m: f64,
     /// `building`, `office`: how many of the walkers, the last ones, stay in a part of it where nobody else goes.
     pub strangers: usize,
+    /// `building`, `office`: how many of those before the strangers go with the others for one half of the time, and for the other half where the strangers go.
+    pub half_strangers: usize,
 }
 
 impl Default for Settings {
@@ -99,6 +101,7 @@ impl Default for Settings {
             bend_at_m: 20.0,
             radius_m: 100.0,
             strangers: 0,
+            half_strangers: 0,
         }
     }
 }
@@ -206,6 +209,7 @@ impl Settings {
             ("bend", self.bend_deg, -120.0, 120.0),
             ("place of the bend", self.bend_at_m, 1.0, 37.0),
             ("strangers", self.strangers as f64, 0.0, 10_000.0),
+            ("half strangers", self.half_strangers as f64, 0.0, 10_000.0),
         ] {
             if !(low..=high).contains(&value) {
                 let message = format_args!("found {value}, expected a number from {low} to {high}");
