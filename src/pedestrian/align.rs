@@ -24,7 +24,7 @@ use crate::geometry::{Pose2, Vec2, wrap_angle};
 /// A walker is placed if support (that many times) less rival reaches [`ENOUGH`], both as shares of the evidence against itself:
 /// a look-alike costs one who fits well less than one who hardly fits. Where both come from: docs/DECISIONS.md.
 const WEIGHT_OF_FIT: f64 = 1.2;
-const ENOUGH: f64 = 0.29;
+const ENOUGH: f64 = 0.33;
 /// Rounds of estimating scales from paths that are consistent.
 const RESCALINGS: usize = 5;
 /// The start pose is that of the dead reckoning of so many metres, laid onto the path that was found: over fewer the path's own error

@@ -109,7 +109,8 @@ impl<'a> Boards<'a> {
             let scaled: Vec<Vec2> = shape.path.iter().map(|p| p * scale).collect();
             let motions = hough::candidates(&self.paths, &[&scaled]);
             let placings = motions.into_par_iter().map(|motion| Placing { motion, scale });
-            let scored = placings.map_init(Buffers::default, |buffers, p| (self.score(0, path, p, buffers), p));
+            let scored =
+                placings.map_init(Buffers::default, |buffers, p| (self.score(0, path, p, buffers), p));
             candidates.par_extend(scored);
         }
         candidates.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -251,3 +251,53 @@ fn the_same_seed_simulates_the_same_bytes_and_another_one_does_not() {
         assert!(bench.bytes("a/w1.csv") != bench.bytes("c/w1.csv"), "{scenario}");
     }
 }
+
+#[test]
+fn walks_with_unknown_starts_are_placed_and_one_in_other_units_gets_its_scale() {
+    let bench = Bench::new("feetslam-align");
+    let said =
+        bench.good("feetslam simulate office --seed 4 --walkers 3 --half-strangers 1 --minutes 5 -o office");
+    let first = said.split("start ").nth(1).and_then(|s| s.split(' ').next()).unwrap().to_owned();
+    let starts: Vec<[f64; 3]> = bench
+        .text("office/start.txt")
+        .lines()
+        .map(|line| {
+            let numbers: Vec<f64> = line.split([',', ' ']).filter_map(|n| n.parse().ok()).collect();
+            numbers[numbers.len() - 3..].try_into().unwrap()
+        })
+        .collect();
+    // The second walker's sensor takes 1.05 m for 1 m.
+    let rows = bench.text("office/w2.csv");
+    let (header, rows) = rows.split_once('\n').unwrap();
+    let stretched: String = rows
+        .lines()
+        .map(|row| {
+            let n: Vec<f64> = row.split(',').map(|n| n.parse().unwrap()).collect();
+            format!("{},{},{},{}\n", n[0], n[1] / 0.95, n[2] / 0.95, n[3])
+        })
+        .collect();
+    std::fs::write(bench.scratch.path("office/w2.csv"), format!("{header}\n{stretched}")).unwrap();
+    let run = format!(
+        "feetslam run office/w1.csv office/w2.csv --mode feetslam --particles 600 --iterations 1 --start {first} \
+         --truth office/truth.csv"
+    );
+    bench.good(&format!("{run} --align --align-scale -o out"));
+    let report = bench.json("out/report.json");
+    let walker = &report["walkers"][1];
+    assert_eq!((&walker["takes_part"], &report["walkers"][0]["scale"]), (&true.into(), &1.0.into()));
+    assert!((number(&walker["scale"]) - 0.95).abs() < 0.015, "{walker}");
+    let start: Vec<f64> = walker["start"].as_array().unwrap().iter().map(number).collect();
+    let off_m = (start[0] - starts[1][0]).hypot(start[1] - starts[1][1]);
+    assert!(off_m < 0.8, "{start:?} {:?}", starts[1]);
+    let points = walker["points"].as_array().unwrap();
+    let mean = points.iter().map(|p| number(&p["error_m"])).sum::<f64>() / points.len() as f64;
+    assert!(mean < 0.8, "{mean}");
+
+    // Without it nobody's lengths are touched, and without --align there is nothing to estimate a scale from.
+    bench.good(&format!("{run} --align -o plain"));
+    let plain = bench.json("plain/report.json");
+    assert_eq!(plain["walkers"][1]["scale"], 1.0);
+    let refused = bench.hitl(&format!("{run} --align-scale -o none"));
+    assert!(refused.code == Some(2) && refused.stderr.contains("--align"), "{}", refused.stderr);
+    assert!(!bench.exists("none"));
+}

@@ -74,7 +74,10 @@ fn evidence_from_tables_is_that_of_maps_drawn_hexagon_by_hexagon() {
                 let other = way(key.with(k), 10 + 8 * k, extent_m);
                 let path: Vec<Vec2> = other.iter().map(|p| p + shift).collect();
                 let (fast, slow) = (board.evidence(&path, &mut trial), naive(grid(radius_m), &placed, &path));
-                assert!((fast - slow).abs() < 1e-6 * (1.0 + slow.abs()), "{seed} {radius_m} {k}: {fast} {slow}");
+                assert!(
+                    (fast - slow).abs() < 1e-6 * (1.0 + slow.abs()),
+                    "{seed} {radius_m} {k}: {fast} {slow}"
+                );
                 // The room that was used before leaves nothing behind.
                 assert_eq!(fast, board.evidence(&path, &mut Trial::default()));
             }
