@@ -12,8 +12,8 @@ const AIMS: [&str; 6] = [
     "slip in the chain",
     "worst moment of the worst seed",
     "100,000 poses: CPU time of one correction",
-    "3,100 poses: median time of",
-    "pose by pose: CPU time",
+    "3,100 poses: median time of its joint optimisation",
+    "seen from the first walker's given start",
 ];
 
 /// Something that is promised: a measured number and the most that it may be.
