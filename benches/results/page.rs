@@ -7,8 +7,9 @@ pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error + Send + S
 
 /// Aims that are known not to be reached yet, by what their claims' names contain: while they are missed they stand in a table
 /// of their own, and not among the promises.
-const AIMS: [&str; 6] = [
+const AIMS: [&str; 7] = [
     "our CPU time, share of",
+    "3100 poses: our time of a joint optimisation, share of Ceres'",
     "slip in the chain",
     "worst moment of the worst seed",
     "100,000 poses: CPU time of one correction",
