@@ -242,6 +242,7 @@ impl<'a> Live<'a> {
         let estimates: Vec<Estimate> = walked().map(|w| w.estimate(&self.world)).collect();
         let outcome = Outcome {
             takes_part: vec![true; estimates.len()],
+            evidence: None,
             scales: vec![1.0; estimates.len()],
             estimates,
             total: self.map(),

@@ -55,6 +55,8 @@ pub struct Outcome {
     pub scales: Vec<f64>,
     /// Who gave to the total map; walkers whose start could not be found are mapped alone.
     pub takes_part: Vec<bool>,
+    /// Where starts were unknown: support and rival of every walker's place ([`align::Alignment`]).
+    pub evidence: Option<Vec<[f64; 2]>>,
 }
 
 impl Ends {
@@ -119,6 +121,8 @@ pub fn run(
     // Checks walks and options before the alignment takes its time.
     let mut group = Group::new(walks, start, options)?;
     let alignment = unknown_starts.then(|| align::find_starts(walks, start, options)).transpose()?;
+    let evidence =
+        alignment.as_ref().map(|a| a.support.iter().zip(&a.rival).map(|(&s, &r)| [s, r]).collect());
     let (scaled, mut scales): (Vec<Walk>, Vec<f64>);
     scales = vec![1.0; walks.len()];
     let mut first = 0;
@@ -158,6 +162,7 @@ pub fn run(
         fall_back: group.fall_back,
         scales,
         takes_part: std::mem::take(&mut group.takes_part),
+        evidence,
         starts: std::mem::take(&mut group.starts),
         estimates: group.into_latest(),
     })

@@ -285,6 +285,8 @@ fn walks_with_unknown_starts_are_placed_and_one_in_other_units_gets_its_scale() 
     let report = bench.json("out/report.json");
     let walker = &report["walkers"][1];
     assert_eq!((&walker["takes_part"], &report["walkers"][0]["scale"]), (&true.into(), &1.0.into()));
+    let [support, rival] = ["support", "rival"].map(|key| walker[key].as_f64().expect("a number"));
+    assert!(support > 0.3 && rival < support, "{support} {rival}");
     assert!((number(&walker["scale"]) - 0.95).abs() < 0.015, "{walker}");
     let start: Vec<f64> = walker["start"].as_array().unwrap().iter().map(number).collect();
     let off_m = (start[0] - starts[1][0]).hypot(start[1] - starts[1][1]);

@@ -55,6 +55,9 @@ pub struct Walker {
     steps: usize,
     length_m: f64,
     takes_part: bool,
+    /// With `--align`: what speaks for its place, and for the next best one, as shares of what a perfect fit would have.
+    support: Option<f64>,
+    rival: Option<f64>,
     start: [f64; 3],
     scale: f64,
     resamplings: usize,
@@ -161,8 +164,12 @@ impl Report {
                 line += &format!("{:7.2}{:7.2}{:7.2}", p.error_m, p.error_mean_m, p.error_pdr_m);
             }
             line += &format!("   {} steps, {:.1} m", walker.steps, walker.length_m);
+            let place = walker.support.zip(walker.rival);
+            let place = place.map_or(String::new(), |(s, r)| format!(" (support {s:.2}, rival {r:.2})"));
             if !walker.takes_part {
-                line += ", left out: no shared way found";
+                line += &format!(", left out: no shared way found{place}");
+            } else if !place.is_empty() && walker.name != self.walkers[0].name {
+                line += &format!(", placed by its map{place}");
             }
             text += &format!("{line}\n");
         }
@@ -199,6 +206,8 @@ fn walker(walk: &Walk, j: usize, outcome: &Outcome, truth: &[TruthPoint]) -> Wal
         steps: walk.steps.len(),
         length_m: walk.lengths_m().last().copied().unwrap_or(0.0),
         takes_part: outcome.takes_part[j],
+        support: outcome.evidence.as_ref().map(|e| e[j][0]),
+        rival: outcome.evidence.as_ref().map(|e| e[j][1]),
         start: start.to_array(),
         scale: outcome.scales[j],
         resamplings: estimate.resamplings,
