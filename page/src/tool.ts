@@ -143,6 +143,8 @@ export async function release(at: Point): Promise<void> {
       return;
     }
     const caught = await ask(drawn);
+    // Esc while it was asked for: the stroke is not wanted.
+    if (!model.drawing) return;
     model.drawing = null;
     if (caught.reason) { changed("tool"); nothing(caught.reason); return; }
     model.strokes = [...model.strokes, caught];
