@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::effort;
 use crate::page::{Claim, Result, Section, project};
+use crate::runs;
 
 /// Ends of the spans, seconds.
 const SPANS_S: [f64; 4] = [10.0, 30.0, 120.0, f64::INFINITY];
@@ -24,10 +25,7 @@ pub fn section() -> Result<Section> {
     let mut section =
         Section { title: "Calibration of the chain", name: "calibration", ..Section::default() };
     section.body = INTRODUCTION.into();
-    for (name, log, relations) in [
-        ("Intel", "../shared/data/radish_raw/intel.clf.bz2", "../shared/data/radish_raw/intel.relations"),
-        ("ACES", "data/aces.clf.bz2", "data/aces.relations"),
-    ] {
+    for (name, log, relations) in runs::REAL_LOGS {
         let [log, relations] = [log, relations].map(project);
         if !log.exists() {
             let _ = writeln!(section.body, "| {name} | skipped: ../shared is absent | | | | | |");

@@ -10,6 +10,12 @@ use hitl_slam::simulate::{self, Scenario, Settings, Simulation};
 pub use crate::against_truth::{ate_m, largest_distance_m, worst_edges};
 use crate::page::Result;
 
+/// Real logs with hand-checked relations: name, log, relations.
+pub const REAL_LOGS: [(&str, &str, &str); 2] = [
+    ("Intel", "../shared/data/radish_raw/intel.clf.bz2", "../shared/data/radish_raw/intel.relations"),
+    ("ACES", "data/aces.clf.bz2", "data/aces.relations"),
+];
+
 pub fn simulated(scenario: Scenario, seed: u64, drawing_noise_m: f64) -> Result<Simulation> {
     Ok(simulate::run(scenario, &Settings { seed, drawing_noise_m, ..Settings::default() })?)
 }

@@ -10,11 +10,8 @@ use crate::page::{Claim, Result, Section, project};
 use crate::runs;
 use crate::stats::Sample;
 
-/// Name, log, relations, the issue's bound for 4 strokes.
-const LOGS: [(&str, &str, &str, f64); 2] = [
-    ("Intel", "../shared/data/radish_raw/intel.clf.bz2", "../shared/data/radish_raw/intel.relations", 0.065),
-    ("ACES", "data/aces.clf.bz2", "data/aces.relations", 0.042),
-];
+/// The issue's bounds for 4 strokes, of the logs in their order.
+const BOUNDS_M: [f64; 2] = [0.065, 0.042];
 const SEEDS: u64 = 20;
 const STROKES: usize = 4;
 
@@ -26,7 +23,7 @@ pub fn section() -> Result<Section> {
          (`hitl simulate person`), seeds 1–{SEEDS}: mean error over all relations in m, mean over seeds ± 95 % interval (worst).\n\n\
          | log | before | after 1 stroke | after 2 | after 3 | after 4 |\n|---|---|---|---|---|---|\n"
     );
-    for (name, log, relations, bound) in LOGS {
+    for ((name, log, relations), bound) in runs::REAL_LOGS.into_iter().zip(BOUNDS_M) {
         let [log, relations] = [log, relations].map(project);
         if !log.exists() {
             let _ = writeln!(section.body, "| {name} | skipped: ../shared is absent | | | | |");

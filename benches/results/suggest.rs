@@ -29,10 +29,7 @@ struct Course {
 pub fn section() -> Result<Section> {
     let mut section = Section { title: "Suggestions", name: "suggest", ..Section::default() };
     section.body = INTRODUCTION.into();
-    for (name, log, relations) in [
-        ("Intel", "../shared/data/radish_raw/intel.clf.bz2", "../shared/data/radish_raw/intel.relations"),
-        ("ACES", "data/aces.clf.bz2", "data/aces.relations"),
-    ] {
+    for (name, log, relations) in runs::REAL_LOGS {
         let [log, relations] = [log, relations].map(project);
         if !log.exists() {
             let _ = writeln!(section.body, "| {name} | skipped: ../shared is absent | | | | | | | |");

@@ -17,8 +17,11 @@ export function startSuggest(): void {
   on(["state", "tool"], show);
 }
 
+/** What the person has begun is not taken away. */
+const isDrawing = (): boolean => model.drawing !== null || model.strokes.length > 0;
+
 function show(): void {
-  $<HTMLButtonElement>("suggest").disabled = running || model.busy || !model.state?.map || model.state.matching.footprints;
+  $<HTMLButtonElement>("suggest").disabled = running || model.busy || isDrawing() || !model.state?.map || model.state.matching.footprints;
 }
 
 export async function suggest(): Promise<void> {
@@ -27,7 +30,7 @@ export async function suggest(): Promise<void> {
   show();
   try {
     const { suggestion } = await post<{ suggestion: Suggestion | null }>("/api/suggest", { revision });
-    if (model.revision !== revision || model.drawing) return;
+    if (model.revision !== revision || isDrawing()) return;
     if (!suggestion) { toast("Nothing that its own scans can tell is visibly wrong.", true); return; }
     const { mode, strokes, anchors, weight, reason } = suggestion;
     const [xs, ys] = [0, 1].map((k) => strokes.flat().map((p) => p[k]));
