@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use super::normal_equations::NormalEquations;
 use super::polish::{Place, polish};
+use super::step::Step;
 use super::{Block, Iteration, Options, Problem, Report, Termination};
 
 /// λ below which the step is Gauss–Newton for all that doubles can tell.
@@ -77,7 +78,8 @@ impl Solver {
         self.equations.assemble(problem, x);
         self.equations.factor(problem, x, 0.0);
         let mut moved = x.to_vec();
-        self.equations.step().then(|| self.equations.advance(&mut moved))?;
+        self.equations.step()?;
+        self.equations.advance(&mut moved);
         Some(moved)
     }
 
@@ -124,21 +126,20 @@ impl Solver {
                 self.equations.factor(problem, x, search.damping);
             }
             search.fresh = !search.kept;
-            if !self.equations.step() {
+            let Some(step) = self.equations.step() else {
                 if search.retry(&mut factor, options) {
                     continue;
                 }
                 return Some(Termination::NoProgress);
-            }
-            let step_max = self.equations.step_max();
-            let promised = self.equations.promised();
+            };
+            let Step { max: step_max, promised } = step;
             let rounding = promised <= options.relative_decrease * report.final_cost.max(f64::MIN_POSITIVE);
             if search.kept && !rounding && step_max > KEPT_SHRINKS_TO * search.last_steps[0] {
                 search.kept = false;
                 continue;
             }
             if rounding || step_max <= options.step {
-                search.pending = search.damping == 0.0;
+                search.pending = Some(step).filter(|_| search.damping == 0.0);
                 return Some(if rounding { Termination::ConvergedCost } else { Termination::ConvergedStep });
             }
             self.equations.advance_from(x, &mut self.candidate);
@@ -156,7 +157,7 @@ impl Solver {
                 ahead += 1;
                 self.equations.factor(problem, &self.candidate, 0.0);
                 search.fresh = true;
-                if !self.equations.step() {
+                if self.equations.step().is_none() {
                     break;
                 }
                 self.equations.advance(&mut self.candidate);
@@ -198,8 +199,8 @@ struct Search {
     kept: bool,
     /// Largest entries of the last accepted step and of the one before it.
     last_steps: [f64; 2],
-    /// True if the step at hand is undamped and was too small to be tried.
-    pending: bool,
+    /// The step at hand, if it is undamped and was too small to be tried.
+    pending: Option<Step>,
 }
 
 impl Search {

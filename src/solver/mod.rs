@@ -20,6 +20,7 @@ mod profile;
 mod report;
 mod resolve;
 mod simd;
+mod step;
 mod structure;
 
 pub use covariance::Covariance;

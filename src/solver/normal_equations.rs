@@ -4,6 +4,7 @@ use nalgebra::Matrix3;
 
 use super::factor::{BlockMatrix, Factor};
 use super::ordering::Graph;
+use super::step::{Step, largest};
 use super::structure::Structure;
 use super::{Block, Linearization, PairQuadratic, Problem};
 
@@ -231,15 +232,15 @@ impl NormalEquations {
         self.halfway = false;
     }
 
-    /// Puts δ with LLᵀδ = −g for the factor at hand into `delta`; false if it is not finite.
-    pub fn step(&mut self) -> bool {
+    /// Puts δ with LLᵀδ = −g for the factor at hand into `delta`; `None` if it is not finite.
+    pub fn step(&mut self) -> Option<Step> {
         if std::mem::take(&mut self.halfway) {
             self.factor.solve_upper(&self.structure, &mut self.delta);
         } else {
             self.negate_gradient();
             self.factor.solve(&self.structure, &mut self.delta);
         }
-        self.delta.iter().all(|d| d.is_finite())
+        Step::of(&self.delta, &self.gradient)
     }
 
     fn negate_gradient(&mut self) {
@@ -248,19 +249,9 @@ impl NormalEquations {
         }
     }
 
-    /// Largest entry of `delta`.
-    pub fn step_max(&self) -> f64 {
-        largest(&self.delta)
-    }
-
     /// Largest entry of g.
     pub fn gradient_max(&self) -> f64 {
         largest(&self.gradient)
-    }
-
-    /// What `delta` promises to take off the cost, of the linear model at negligible damping: ½ δᵀ(−g).
-    pub fn promised(&self) -> f64 {
-        -0.5 * self.delta.iter().zip(&self.gradient).map(|(d, g)| d * g).sum::<f64>()
     }
 
     /// Block column of a block that is free.
@@ -294,10 +285,6 @@ impl NormalEquations {
         blocks.dedup();
         blocks
     }
-}
-
-fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m, d| m.max(d.abs()))
 }
 
 /// The blocks of H for a structure, in the memory of other ones.

@@ -5,6 +5,7 @@
 //! Gauss–Newton steps use it alone; the cost only stands guard.
 
 use super::normal_equations::NormalEquations;
+use super::step::Step;
 use super::{Block, Options, Polish, Problem};
 
 /// A step that is longer and still gains nothing that the cost could show lies along a direction that nothing
@@ -49,8 +50,8 @@ pub(super) struct Place<'a> {
     pub cost: &'a mut f64,
     /// Largest entries of the step that led there and of the one before it; infinite if there was none.
     pub last_steps: [f64; 2],
-    /// True if the equations hold the next step already.
-    pub pending: bool,
+    /// The next step, if the equations hold it already.
+    pub pending: Option<Step>,
 }
 
 /// Takes Gauss–Newton steps from `at.x` while they are small, shrink, and leave the cost the same up to rounding, until
@@ -71,19 +72,19 @@ pub(super) fn polish(
     let mut before = at.last_steps;
     let mut fresh = false;
     while done.steps < MOST_STEPS {
-        let finite = std::mem::take(&mut at.pending) || equations.step();
-        let step_max = equations.step_max();
+        let step = at.pending.take().or_else(|| equations.step());
+        let step_max = step.map_or(f64::INFINITY, |step| step.max);
         let target = if done.steps == 0 { LONGEST_STEP } else { longest * KEPT_SHRINKS_TO / SHRINKS_TO };
-        if !fresh && (!finite || step_max > target.max(options.step)) {
+        if !fresh && step_max > target.max(options.step) {
             equations.factor(problem, at.x, 0.0);
             fresh = true;
             continue;
         }
-        if !finite || step_max > longest {
+        if step_max > longest {
             break;
         }
         let is_last = next_step(step_max, before) <= LEAVES * options.step;
-        if is_last && equations.promised() <= options.relative_decrease * *at.cost {
+        if is_last && step.is_some_and(|step| step.promised <= options.relative_decrease * *at.cost) {
             equations.advance(at.x);
             done = Polish { steps: done.steps + 1, last_step: step_max, settled: true };
             break;

@@ -138,11 +138,11 @@ impl Resolver {
         while report.iterations.len() < MOST_STEPS {
             let equations = &mut self.solver.equations;
             let gradient_max = equations.gradient_max();
-            let finite = equations.step();
-            let step_max = equations.step_max();
+            let step = equations.step();
+            let step_max = step.map_or(f64::NAN, |step| step.max);
             // Each also false if something is not a number.
             let shrinks = step_max <= last * if fresh { FRESH_SHRINKS_TO } else { SHRINKS_TO };
-            let mut good = finite && (shrinks || step_max <= options.step);
+            let mut good = shrinks || step_max <= options.step;
             let mut candidate_cost = f64::NAN;
             if good {
                 self.candidate.clone_from(x);
