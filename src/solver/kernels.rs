@@ -76,11 +76,15 @@ pub(super) fn factor_panel(
             damped(j + k);
             if before > 0.0 { before } else { 1.0 }
         };
-        let i0 = 1.0 / pivot(first[j], 0).sqrt();
-        let (l10, l20) = (first[j + 1] * i0, first[j + 2] * i0);
-        let i1 = 1.0 / pivot(second[j + 1] - l10 * l10, 1).sqrt();
-        let l21 = (second[j + 2] - l20 * l10) * i1;
-        let i2 = 1.0 / pivot(third[j + 2] - l20 * l20 - l21 * l21, 2).sqrt();
+        // As LDLᵀ, whose pivots wait for a division each; the three roots then wait for none of them.
+        let (a10, a20) = (first[j + 1], first[j + 2]);
+        let r0 = 1.0 / pivot(first[j], 0);
+        let (q10, q20) = (a10 * r0, a20 * r0);
+        let a21 = second[j + 2] - a20 * q10;
+        let r1 = 1.0 / pivot(second[j + 1] - a10 * q10, 1);
+        let r2 = 1.0 / pivot(third[j + 2] - a20 * q20 - a21 * (a21 * r1), 2);
+        let (i0, i1, i2) = (r0.sqrt(), r1.sqrt(), r2.sqrt());
+        let (l10, l20, l21) = (a10 * i0, a20 * i0, a21 * i1);
         let from = (j + 3) & !3;
         let fours = first[from..].as_chunks_mut::<4>().0.iter_mut();
         let fours =
