@@ -27,7 +27,8 @@ const SMALL: usize = 24;
 /// sizes that the compiler knows, loops cost no more than their arithmetic. The same operations in the same order for all.
 macro_rules! by_shape {
     ($node:expr, $shape:ident => $body:expr) => {
-        by_shape!($node, $shape => $body; (3, 4, 4) (3, 4, 8) (3, 4, 12) (6, 8, 4) (6, 8, 8) (9, 12, 4) (9, 12, 8))
+        by_shape!($node, $shape => $body; (3, 4, 4) (3, 4, 8) (3, 4, 12) (6, 8, 4) (6, 8, 8) (9, 12, 4) (9, 12, 8)
+            (12, 12, 4) (12, 12, 8) (12, 12, 12))
     };
     ($node:expr, $shape:ident => $body:expr; $(($columns:literal, $own:literal, $below:literal))*) => {
         match (3 * $node.columns, $node.own, $node.below) {

@@ -91,8 +91,9 @@ pub(super) struct Structure {
     pub update_len: usize,
 }
 
-/// Merging costs zeros and saves overhead: up to so many columns with at most this share of zeros.
-const MERGE: [(usize, f64); 3] = [(2, 0.7), (8, 0.25), (usize::MAX, 0.08)];
+/// Merging costs zeros and saves overhead: up to so many columns with at most this share of zeros. Four block columns are
+/// twelve scalar ones: no row of theirs is padding.
+const MERGE: [(usize, f64); 3] = [(4, 0.6), (8, 0.25), (usize::MAX, 0.08)];
 
 impl Structure {
     /// Of the graph of the unknowns.
