@@ -1,5 +1,5 @@
-//! The joint problem made ready for our solver: relative factors with their constants worked out, everything else as it
-//! is in [`super::terms`].
+//! The joint problem made ready for our solver: relative factors with their constants worked out, what poses saw of
+//! segments as in [`super::visits`], everything else as it is in [`super::terms`].
 //!
 //! With W = U·diag(Rzᵀ, 1), d = tj − ti the residual of R1 is r = W·[Riᵀd − tz; wrap(θj − θi − θz)].
 //! Its Jacobians are ∂r/∂j = W·diag(Riᵀ, 1) and ∂r/∂i = −∂r/∂j·T, T = [I q; 0 1], q = (−d_y, d_x): so J_jᵀJ_j is one
@@ -10,6 +10,7 @@ use std::borrow::Cow;
 use nalgebra::{Matrix3, Vector3};
 
 use super::problem::{JointProblem, RelativeTerm};
+use super::visits;
 use crate::geometry::{cos_sin, cos_sin_of, wrap_angle};
 use crate::solver::wide;
 use crate::solver::{Block, Linearization, Loss, PairQuadratic, Problem};
@@ -110,7 +111,7 @@ impl Relative {
     }
 }
 
-/// (cos, sin) of the headings of poses.
+/// (cos, sin) of the headings of blocks.
 pub(super) fn turns_of(x: &[Block], turns: &mut Vec<[f64; 2]>) {
     turns.resize(x.len(), [1.0, 0.0]);
     fill_turns(x, turns);
@@ -179,6 +180,20 @@ impl<'a> Compiled<'a> {
         self.relatives[term].quadratic_as_measured(x, turns, at);
     }
 
+    /// What a pose saw of a segment, R2 or R3, by its number after the relative factors; false if the term is neither.
+    fn visit(&self, k: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
+        let JointProblem { poses, sightings, points, ties, .. } = self.problem;
+        if let Some(term) = sightings.get(k) {
+            visits::sighting(term, [term.pose, poses.len() + term.segment], x, turns, at);
+            return true;
+        }
+        let tie = k.checked_sub(sightings.len() + points.len()).and_then(|k| ties.get(k));
+        if let Some(term) = tie {
+            visits::tie(term, [term.pose, poses.len() + term.segment], x, turns, at);
+        }
+        tie.is_some()
+    }
+
     /// Of a relative factor: its poses, the measured turn, and the information of that turn.
     pub fn heading(&self, term: usize) -> ([usize; 2], f64, f64) {
         let relative = &self.relatives[term];
@@ -211,18 +226,22 @@ impl Problem for Compiled<'_> {
     }
 
     fn turns(&self, x: &[Block], turns: &mut Vec<[f64; 2]>) {
-        turns_of(&x[..self.problem.poses.len()], turns);
+        turns_of(&x[..self.problem.poses.len() + self.problem.segments.len()], turns);
     }
 
     fn pair_quadratic(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
-        let Some(relative) = self.relatives.get(term) else { return false };
-        relative.quadratic(x, turns, at);
-        true
+        if let Some(relative) = self.relatives.get(term) {
+            relative.quadratic(x, turns, at);
+            return true;
+        }
+        self.visit(term - self.relatives.len(), x, turns, at)
     }
 
     fn pair_gradient(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
-        let Some(relative) = self.relatives.get(term) else { return false };
-        relative.gradient(x, turns, at);
-        true
+        if let Some(relative) = self.relatives.get(term) {
+            relative.gradient(x, turns, at);
+            return true;
+        }
+        self.visit(term - self.relatives.len(), x, turns, at)
     }
 }

@@ -24,6 +24,7 @@ pub mod rust_backend;
 mod terms;
 mod uncertainty;
 mod validate;
+mod visits;
 
 pub use backend::{BACK_ENDS, Backend};
 pub use build::{build, factor_chi2};

@@ -126,6 +126,14 @@ impl<'a> Weighed<'a> {
         Weighed { compiled: Compiled::again(problem, relatives), weights }
     }
 
+    /// Weighs a term's quadratic form, if there is one. Relative factors stand as they are.
+    fn weigh(&self, term: usize, known: bool, at: &mut PairQuadratic) -> bool {
+        if known && let Some(k) = human_factor(self.compiled.problem(), term) {
+            at.scale(self.weights[k]);
+        }
+        known
+    }
+
     /// √ of what multiplies a term's squared norm.
     fn root(&self, term: usize) -> f64 {
         human_factor(self.compiled.problem(), term).map_or(1.0, |k| self.weights[k].sqrt())
@@ -162,12 +170,13 @@ impl Problem for Weighed<'_> {
         self.compiled.turns(x, turns);
     }
 
-    /// Relative factors only, whose weights stand.
     fn pair_quadratic(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
-        self.compiled.pair_quadratic(term, x, turns, at)
+        let known = self.compiled.pair_quadratic(term, x, turns, at);
+        self.weigh(term, known, at)
     }
 
     fn pair_gradient(&self, term: usize, x: &[Block], turns: &[[f64; 2]], at: &mut PairQuadratic) -> bool {
-        self.compiled.pair_gradient(term, x, turns, at)
+        let known = self.compiled.pair_gradient(term, x, turns, at);
+        self.weigh(term, known, at)
     }
 }

@@ -22,7 +22,7 @@ pub use tie::tie;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::geometry::Vec2;
+use crate::geometry::{Vec2, cos_sin};
 
 /// ε: keeps the paper's roots and norms differentiable at zero, √(s² + ε²) for |s|. Metres; far below any sensor.
 pub const PAPER_EPSILON_M: f64 = 1e-5;
@@ -40,7 +40,7 @@ pub struct Pair {
 
 /// (cos, sin) unit vector û at an angle, and its normal n̂, 90° counter-clockwise.
 fn frame(angle_rad: f64) -> (Vec2, Vec2) {
-    let (s, c) = angle_rad.sin_cos();
+    let [c, s] = cos_sin(angle_rad);
     (Vec2::new(c, s), Vec2::new(-s, c))
 }
 

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Pair, frame, quarter_turn, turn};
+use super::{Pair, frame, quarter_turn};
 use crate::geometry::Vec2;
 use crate::joint::problem::SightingTerm;
 
@@ -15,9 +15,10 @@ pub fn sighting(term: &SightingTerm, pose: &[f64; 3], segment: &[f64; 3]) -> Pai
     let [w11, w12, w22] = term.scatter_root.map(|w| w * term.scale);
     let root = term.count.sqrt() * term.scale;
     let (along, normal) = frame(segment[2]);
-    // The normal seen by the robot: R(−θ) n̂, at angle φ − θ + 90°.
-    let (along_in_robot, normal_in_robot) = frame(segment[2] - pose[2]);
-    let arm = turn(pose[2], term.mean);
+    let (ahead, left) = frame(pose[2]);
+    let in_robot = |v: Vec2| Vec2::new(ahead.dot(&v), left.dot(&v));
+    let (along_in_robot, normal_in_robot) = (in_robot(along), in_robot(normal));
+    let arm = ahead * term.mean[0] + left * term.mean[1];
     let offset = arm + Vec2::new(pose[0] - segment[0], pose[1] - segment[1]);
     let shape = |v: Vec2| (w11 * v.x + w12 * v.y, w22 * v.y);
     let (r0, r1) = shape(normal_in_robot);
