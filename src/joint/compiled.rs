@@ -12,8 +12,8 @@ use nalgebra::{Matrix3, Vector3};
 use super::problem::{JointProblem, RelativeTerm};
 use super::visits;
 use crate::geometry::{cos_sin, cos_sin_of, wrap_angle};
-use crate::solver::wide;
 use crate::solver::{Block, Linearization, Loss, PairQuadratic, Problem};
+use crate::solver::{in_large_pages, wide};
 
 /// R1 with its constants.
 #[derive(Debug, Clone, Copy)]
@@ -159,6 +159,9 @@ impl<'a> Compiled<'a> {
     /// In the memory of other ones.
     pub fn new_in(problem: &'a JointProblem, relatives: &'a mut Vec<Relative>) -> Self {
         relatives.clear();
+        if relatives.capacity() < problem.relatives.len() {
+            *relatives = in_large_pages(Vec::with_capacity(problem.relatives.len()));
+        }
         relatives.extend(problem.relatives.iter().map(Relative::new));
         Compiled::again(problem, relatives)
     }
