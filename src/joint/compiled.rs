@@ -13,7 +13,7 @@ use super::problem::{JointProblem, RelativeTerm};
 use super::visits;
 use crate::geometry::{cos_sin, cos_sin_of, wrap_angle};
 use crate::solver::{Block, Linearization, Loss, PairQuadratic, Problem};
-use crate::solver::{in_large_pages, wide};
+use crate::solver::{room, wide};
 
 /// R1 with its constants.
 #[derive(Debug, Clone, Copy)]
@@ -148,7 +148,7 @@ pub(super) struct Compiled<'a> {
 
 impl<'a> Compiled<'a> {
     pub fn new(problem: &'a JointProblem) -> Self {
-        Compiled { problem, relatives: Cow::Owned(Self::relatives(problem)) }
+        Compiled { problem, relatives: Cow::Owned(Self::relatives(problem, Vec::new())) }
     }
 
     /// With what [`Compiled::relatives`] gave before.
@@ -158,17 +158,18 @@ impl<'a> Compiled<'a> {
 
     /// In the memory of other ones.
     pub fn new_in(problem: &'a JointProblem, relatives: &'a mut Vec<Relative>) -> Self {
-        relatives.clear();
-        if relatives.capacity() < problem.relatives.len() {
-            *relatives = in_large_pages(Vec::with_capacity(problem.relatives.len()));
-        }
-        relatives.extend(problem.relatives.iter().map(Relative::new));
+        *relatives = Self::relatives(problem, std::mem::take(relatives));
         Compiled::again(problem, relatives)
     }
 
-    /// The relative factors of a problem, made ready.
-    pub fn relatives(problem: &JointProblem) -> Vec<Relative> {
-        problem.relatives.iter().map(Relative::new).collect()
+    /// The relative factors of a problem, made ready, in the memory of other ones if that is enough.
+    pub fn relatives(problem: &JointProblem, mut memory: Vec<Relative>) -> Vec<Relative> {
+        memory.clear();
+        if memory.capacity() < problem.relatives.len() {
+            memory = room(problem.relatives.len());
+        }
+        memory.extend(problem.relatives.iter().map(Relative::new));
+        memory
     }
 
     /// What was made ready.
@@ -178,7 +179,11 @@ impl<'a> Compiled<'a> {
 
     /// Σ‖r‖² of all terms at x: no ½, no loss.
     pub fn chi2(&self, x: &[Block]) -> f64 {
-        (0..self.terms()).map(|k| self.residual(k, x).norm_squared()).sum()
+        let mut turns = Vec::new();
+        self.turns(x, &mut turns);
+        let relatives = self.relatives.iter().map(|relative| relative.residual(x, &turns).norm_squared());
+        let others = self.relatives.len()..self.terms();
+        relatives.sum::<f64>() + others.map(|k| self.residual(k, x).norm_squared()).sum::<f64>()
     }
 
     /// [`Relative::quadratic_as_measured`] of a relative factor.

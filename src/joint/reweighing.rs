@@ -51,7 +51,7 @@ impl Reweighing {
                 self.terms_of[k].push(term);
             }
         }
-        self.relatives = Compiled::relatives(&problem);
+        self.relatives = Compiled::relatives(&problem, std::mem::take(&mut self.relatives));
         self.x = problem.blocks();
         self.problem = problem;
         let weighed = Weighed::new(&self.problem, &self.relatives, &self.weights);

@@ -1,7 +1,7 @@
 //! Numeric multifrontal Cholesky H = LLᵀ and its triangular solves, in panels of 3×3 blocks.
 
 use super::kernels::{backward_panel, downdate, factor_panel, forward_panel};
-use super::pages::in_large_pages;
+use super::pages;
 use super::simd::wide;
 use super::structure::{Structure, Supernode};
 
@@ -64,7 +64,7 @@ impl Factor {
             (&mut self.scratch, largest),
         ] {
             if memory.len() < length {
-                *memory = in_large_pages(vec![0.0; length]);
+                *memory = pages::zeros(length);
             }
         }
         self.damped.clear();

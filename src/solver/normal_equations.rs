@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::factor::{BlockMatrix, Factor};
 use super::ordering::Graph;
-use super::pages::in_large_pages;
+use super::pages;
 use super::step::{Step, largest};
 use super::structure::Structure;
 use super::{Block, Linearization, PairQuadratic, Problem};
@@ -321,7 +321,7 @@ fn pattern(graph: &Graph, structure: &Structure, values: Vec<[f64; 9]>) -> Block
         }
     }
     if h.values.capacity() < h.rows.len() {
-        h.values = in_large_pages(Vec::with_capacity(h.rows.len()));
+        h.values = pages::room(h.rows.len());
     }
     h.values.resize(h.rows.len(), [0.0; 9]);
     h

@@ -1,13 +1,33 @@
-//! Memory in large pages: the first touch of every 4 KiB page of a fresh array costs as much as some 5,000 multiplications,
-//! and a fresh factorisation touches thousands. Linux hands out 2 MiB at a time to whoever asks.
+//! Memory in large pages: the first touch of every 4 KiB page of a fresh array costs as much as some thousand multiplications,
+//! and a fresh factorisation touches thousands. Linux hands out 2 MiB at a time to whoever asks, where they begin.
 
-/// Smaller memory lies within one large page.
 const LARGE_PAGE: usize = 2 << 20;
+const PAGE: usize = 4096;
 
-/// The same vector, its memory (also what it has not filled yet) in large pages where the system has them to give. Nothing else
-/// changes: not its place, not its contents.
-pub(crate) fn in_large_pages<T>(memory: Vec<T>) -> Vec<T> {
-    if memory.capacity() * size_of::<T>() >= LARGE_PAGE {
+/// At least so many zeros.
+pub(crate) fn zeros(length: usize) -> Vec<f64> {
+    in_large_pages(vec![0.0; filling::<f64>(length)])
+}
+
+/// An empty vector with room for at least so many elements.
+pub(crate) fn room<T>(length: usize) -> Vec<T> {
+    in_large_pages(Vec::with_capacity(filling::<T>(length)))
+}
+
+/// How many elements fill large pages, if so many fill at least half of one, but for the allocator's own few bytes: a mapping
+/// of whole large pages is put where one begins.
+fn filling<T>(length: usize) -> usize {
+    let bytes = length * size_of::<T>();
+    if bytes < LARGE_PAGE / 2 {
+        return length;
+    }
+    ((bytes + PAGE).next_multiple_of(LARGE_PAGE) - PAGE) / size_of::<T>()
+}
+
+/// The same vector, its memory in large pages where the system has them to give. Nothing else changes: not its place, not
+/// its contents.
+fn in_large_pages<T>(memory: Vec<T>) -> Vec<T> {
+    if memory.capacity() * size_of::<T>() > LARGE_PAGE / 2 {
         ask(&memory);
     }
     memory
@@ -15,15 +35,14 @@ pub(crate) fn in_large_pages<T>(memory: Vec<T>) -> Vec<T> {
 
 #[cfg(target_os = "linux")]
 fn ask<T>(memory: &Vec<T>) {
-    const PAGE: usize = 4096;
-    let from = memory.as_ptr() as usize;
-    let start = from.next_multiple_of(PAGE);
-    let end = (from + memory.capacity() * size_of::<T>()) / PAGE * PAGE;
-    let start_of_pages = memory.as_ptr().wrapping_byte_add(start - from).cast_mut().cast();
+    let from = memory.as_ptr();
+    let begin = (from as usize).next_multiple_of(PAGE);
+    let end = (from as usize + memory.capacity() * size_of::<T>()) / PAGE * PAGE;
+    let at = from.wrapping_byte_add(begin - from as usize).cast_mut().cast();
     // SAFETY: whole pages within this vector's own memory, and the advice changes nothing but what backs them. A system
     // that does not take it leaves everything as it is.
     #[allow(unsafe_code)]
-    let _ = unsafe { rustix::mm::madvise(start_of_pages, end - start, rustix::mm::Advice::LinuxHugepage) };
+    let _ = unsafe { rustix::mm::madvise(at, end - begin, rustix::mm::Advice::LinuxHugepage) };
 }
 
 #[cfg(not(target_os = "linux"))]
