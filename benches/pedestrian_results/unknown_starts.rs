@@ -8,9 +8,9 @@ use hitl_slam::pedestrian::align;
 use hitl_slam::pedestrian::picture::HexPicture;
 
 const BUILDINGS: [&str; 7] = ["GHC7", "NSH3", "AHG2", "NYU19", "GDC1", "GDC2", "GDC3"];
-/// First seeds of buildings and of offices, and how many of each: none that anything was tuned on.
-const FIRST_SEED: u64 = 7;
-const FIRST_OFFICE: u64 = 21;
+/// First seed, how many a building has, and twice as many offices: none that anything was tuned on. A seed's errors of the dead
+/// reckoning are the same in every building, so no two have a seed in common.
+const FIRST_SEED: u64 = 31;
 const UNSEEN: u64 = 5;
 /// Seeds of each with walkers who share half of their way.
 const HALF_SEEDS: u64 = 2;
@@ -226,15 +226,16 @@ pub fn chapter(text: &mut String) -> Vec<Claim> {
     let seeds = if is_quick() { 2 } else { UNSEEN };
     let _ = writeln!(
         text,
-        "\n## Unknown start frames\n\nThree walkers go between the same four places for 10 minutes, each from its own start in its own frame; a fourth stays where nobody else goes (where the building has room for that), a fifth walked in another building. {seeds} seeds a building, from {FIRST_SEED} on: seven real floor plans; and twice as many offices made of the seed, from {FIRST_OFFICE} on. Search, smoothing and the rule of who is placed were tuned on buildings 1–3 and offices 1–12; these seeds were measured once before, with the rule and the smoothing of then, and nothing was tuned on them. 2,000 particles, default noise, 2 joint iterations.\n\nOff *in the map*: a walker's start pose against the true one, the first walker's path (its map) laid rigidly onto the truth. Off *from its start*: the same, seen from the first walker's given start. That adds how well the first walker's first metres say where its own map lies (the simulated start heading is 0.3° wrong, its lengths 0.3 %): it is an error of where the common map lies in the world, not of how the walks lie to each other, and it grows with the distance from that start; one column says how often it would be small enough if both maps were the truth, and only {FIRST_M} m of dead reckoning laid onto them. Walkers count whose true way is at least half, and at least {COMMON_M2} m², that of the others. A simulation counts as within if all of them are placed within {} m and {}°.\n\n| building | simulations | within, in the map | within, from the first start | the same if maps were the truth | walkers who share ways | placed | in the map, m: median, 95 % | ° | from the first start, m: median, 95 % | ° | strangers left out | path error after the iterations, m | CPU s each |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "\n## Unknown start frames\n\nThree walkers go between the same four places for 10 minutes, each from its own start in its own frame; a fourth stays where nobody else goes (where the building has room for that), a fifth walked in another building. {seeds} seeds a building: seven real floor plans; and twice as many offices made of the seed. Every simulation has a seed of its own, from {FIRST_SEED} on (one seed's first heading errors would be the same in all buildings). Search and rule of who is placed were tuned on buildings 1–3 and offices 1–12, the least squares on buildings 1–6, offices 1–20 and 201–210 of both; nothing was tuned or decided on these. 2,000 particles, default noise, 2 joint iterations.\n\nOff *in the map*: a walker's start pose against the true one, the first walker's path (its map) laid rigidly onto the truth. Off *from its start*: the same, seen from the first walker's given start. That adds how well the first walker's first metres say where its own map lies (the simulated start heading is 0.3° wrong, its lengths 0.3 %): it is an error of where the common map lies in the world, not of how the walks lie to each other, and it grows with the distance from that start; one column says how often it would be small enough if both maps were the truth, and only {FIRST_M} m of dead reckoning laid onto them. Walkers count whose true way is at least half, and at least {COMMON_M2} m², that of the others. A simulation counts as within if all of them are placed within {} m and {}°.\n\n| building | simulations | within, in the map | within, from the first start | the same if maps were the truth | walkers who share ways | placed | in the map, m: median, 95 % | ° | from the first start, m: median, 95 % | ° | strangers left out | path error after the iterations, m | CPU s each |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
         WITHIN.0, WITHIN.1
     );
     let (mut total, mut half) = (Tally::default(), [0; 3]);
     let mut buildings: Vec<(&str, Option<Vec<Segment>>)> = vec![("offices", None)];
     buildings.extend(BUILDINGS.iter().filter_map(|b| Some((*b, Some(floor_plan(b)?)))));
+    let mut from = FIRST_SEED;
     for (name, walls) in &buildings {
         let mut tally = Tally::default();
-        let (from, count) = if walls.is_none() { (FIRST_OFFICE, 2 * seeds) } else { (FIRST_SEED, seeds) };
+        let count = if walls.is_none() { 2 * seeds } else { seeds };
         for seed in from..from + count {
             let (simulation, outcome) = one(walls.as_deref(), seed, &mut tally);
             if seed == from && (*name == "GHC7" || buildings.len() == 1) {
@@ -244,6 +245,7 @@ pub fn chapter(text: &mut String) -> Vec<Claim> {
         for seed in from..from + HALF_SEEDS {
             halves(walls.as_deref(), seed, &mut half);
         }
+        from += count;
         tally_row(text, name, &tally);
         let (map, literal, count) = (tally.all_within_map, tally.all_within, tally.simulations);
         eprintln!(

@@ -13,10 +13,11 @@
 
 use rayon::prelude::*;
 
+use super::chain::Chain;
 use super::feetslam::Group;
 use super::options::{OdometryNoise, Options, Start};
 use super::overlap::{Boards, Fit, Placing, Shape};
-use super::smoothing::{Chain, smooth};
+use super::smoothing::{refine, smooth};
 use super::walk::Walk;
 use crate::error::Result;
 use crate::geometry::{Pose2, Vec2, wrap_angle};
@@ -32,7 +33,7 @@ const RESCALINGS: usize = 5;
 const START_M: f64 = 15.0;
 
 /// The heading noise that a walk itself shows is believed down to this share of the options'.
-const LEAST_NOISE: f64 = 0.1;
+const LEAST_NOISE: f64 = 0.2;
 /// Rounds of taking noise and drift from a walk: a part that was folded wrongly needs some until the odometry straightens it.
 const CALIBRATIONS: usize = 4;
 
@@ -110,7 +111,7 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         if !found_one {
             break;
         }
-        make_consistent(&mut members, &alignment.placed);
+        make_consistent(&mut members, &alignment.placed, smooth);
         for _ in 0..if options.align_scale { RESCALINGS } else { 0 } {
             // What is left of a scale error strains the dead reckoning of that walker against the first one's.
             let reference = members[0].chain.stretch(&members[0].nodes);
@@ -120,9 +121,10 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
                 member.rescale(rest);
                 *scale *= rest;
             }
-            make_consistent(&mut members, &alignment.placed);
+            make_consistent(&mut members, &alignment.placed, smooth);
         }
     }
+    make_consistent(&mut members, &alignment.placed, refine);
     // The first walker's start is given: the whole world follows it.
     let world = start.pose.compose(members[0].start(&walks[0]).inverse());
     for (j, member) in members.iter_mut().enumerate() {
@@ -131,7 +133,7 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         let motion = if alignment.placed[j] { world } else { alone() };
         member.nodes.iter_mut().for_each(|node| *node = motion.compose(*node));
         alignment.starts[j] = member.start(&given);
-        alignment.paths.push(member.chain.filled(&member.walk, &member.nodes));
+        alignment.paths.push(member.chain.filled(&member.nodes));
     }
     Ok(alignment)
 }
@@ -178,7 +180,7 @@ impl Member {
     }
 
     fn draw_path(&mut self) {
-        let poses = self.chain.filled(&self.walk, &self.nodes);
+        let poses = self.chain.filled(&self.nodes);
         self.path = poses.iter().map(|p| p.translation()).collect();
         self.corners = self.nodes.iter().map(|p| p.translation()).collect();
     }
@@ -202,7 +204,7 @@ impl Member {
 
     /// Start pose: the first metres of the dead reckoning as it was given, laid onto the path.
     fn start(&self, given: &Walk) -> Pose2 {
-        let poses = self.chain.filled(&self.walk, &self.nodes);
+        let poses = self.chain.filled(&self.nodes);
         let count = given.steps_to_length(START_M).min(given.steps.len());
         let from: Vec<Vec2> =
             given.track(Pose2::IDENTITY)[..=count].iter().map(|p| p.translation()).collect();
@@ -212,11 +214,11 @@ impl Member {
 }
 
 /// All who are placed are made consistent with each other.
-fn make_consistent(members: &mut [Member], placed: &[bool]) {
+fn make_consistent(members: &mut [Member], placed: &[bool], how: impl Fn(&[&Chain], &mut [Vec<Pose2>])) {
     let inside: Vec<usize> = (0..members.len()).filter(|&j| placed[j]).collect();
     let mut nodes: Vec<Vec<Pose2>> = inside.iter().map(|&j| members[j].nodes.clone()).collect();
     let chains: Vec<&Chain> = inside.iter().map(|&j| &members[j].chain).collect();
-    smooth(&chains, &mut nodes);
+    how(&chains, &mut nodes);
     for (j, nodes) in inside.into_iter().zip(nodes) {
         members[j].nodes = nodes;
         members[j].draw_path();

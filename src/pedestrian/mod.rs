@@ -9,6 +9,7 @@
 
 pub mod align;
 pub mod bend;
+pub mod chain;
 pub mod evidence;
 pub mod feetslam;
 pub mod footslam;
@@ -29,6 +30,7 @@ pub mod picture;
 pub mod random;
 pub mod smoothing;
 pub mod successive;
+mod ties;
 pub mod transition_map;
 mod visits;
 pub mod walk;
