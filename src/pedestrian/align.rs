@@ -25,7 +25,8 @@ use crate::geometry::{Pose2, Vec2, wrap_angle};
 /// A walker is placed if support (that many times) less rival reaches [`ENOUGH`], both as shares of the evidence against itself:
 /// a look-alike costs one who fits well less than one who hardly fits. Where both come from: docs/DECISIONS.md.
 const WEIGHT_OF_FIT: f64 = 1.2;
-const ENOUGH: f64 = 0.33;
+/// Against the map of one walker, of two, of three and more: the larger a map, the more places a stranger may fit by chance.
+const ENOUGH: [f64; 3] = [0.33, 0.375, 0.42];
 /// Rounds of estimating scales from paths that are consistent.
 const RESCALINGS: usize = 5;
 /// The start pose is that of the dead reckoning of so many metres, laid onto the path that was found: over fewer the path's own error
@@ -92,6 +93,7 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         // Everybody not yet placed against everybody placed.
         let placed: Vec<Shape> =
             members.iter().zip(&alignment.placed).filter(|(_, p)| **p).map(|(m, _)| m.shape()).collect();
+        let enough = ENOUGH[placed.len().min(ENOUGH.len()) - 1];
         let boards = Boards::new(&placed, start.pose.translation(), options.alpha)?;
         let open: Vec<usize> = (0..count).filter(|&j| !alignment.placed[j]).collect();
         let fits: Vec<Option<Fit>> = open
@@ -102,7 +104,7 @@ pub fn find_starts(walks: &[Walk], start: Start, options: &Options) -> Result<Al
         for (&j, fit) in open.iter().zip(fits) {
             let Some(fit) = fit else { continue };
             (alignment.support[j], alignment.rival[j]) = (fit.support, fit.rival);
-            if WEIGHT_OF_FIT * fit.support - fit.rival >= ENOUGH {
+            if WEIGHT_OF_FIT * fit.support - fit.rival >= enough {
                 members[j].put(fit.placing);
                 alignment.scales[j] = fit.placing.scale;
                 (alignment.placed[j], found_one) = (true, true);
