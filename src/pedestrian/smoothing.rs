@@ -8,7 +8,7 @@
 //! T: the walker's pose after every few steps, Δ and Ω: its dead reckoning in between and the noise of
 //! [`super::OdometryNoise`], carried along; q: the place on another pass over the same way (an earlier or later one of the
 //! same walker, or somebody else's), n the normal of that pass there. Along a way nothing is tied. Which pass is tied to which
-//! is found anew in every round ([`super::ties`]), so that it is an iterated closest point on paths, with the odometry as its stiffness.
+//! is found anew in every round (`ties`), so that it is an iterated closest point on paths, with the odometry as its stiffness.
 //!
 //! [`smooth`] folds paths that are still bent by metres. [`refine`] begins where they lie within some decimetres: each walk's heading
 //! drift ρ and scale s are unknowns, and a run of ties counts as much as its two passes follow each other.
