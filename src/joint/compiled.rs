@@ -13,7 +13,7 @@ use super::problem::{JointProblem, RelativeTerm};
 use super::visits;
 use crate::geometry::{cos_sin, cos_sin_of, wrap_angle};
 use crate::solver::{Block, Linearization, Loss, PairQuadratic, Problem};
-use crate::solver::{room, wide};
+use crate::solver::{make_room, wide};
 
 /// R1 with its constants.
 #[derive(Debug, Clone, Copy)]
@@ -165,9 +165,7 @@ impl<'a> Compiled<'a> {
     /// The relative factors of a problem, made ready, in the memory of other ones if that is enough.
     pub fn relatives(problem: &JointProblem, mut memory: Vec<Relative>) -> Vec<Relative> {
         memory.clear();
-        if memory.capacity() < problem.relatives.len() {
-            memory = room(problem.relatives.len());
-        }
+        make_room(&mut memory, problem.relatives.len());
         memory.extend(problem.relatives.iter().map(Relative::new));
         memory
     }

@@ -29,7 +29,7 @@ pub use gnc::{Gnc, chi2_quantile_3};
 pub use incremental::{Incremental, Laziness};
 pub use lm::{Solver, minimize};
 pub use loss::Loss;
-pub(crate) use pages::room;
+pub(crate) use pages::make_room;
 pub use profile::{Profile, kernel_gflops};
 pub use report::{Iteration, Polish, Report, Termination, Timings};
 pub use resolve::Resolver;

@@ -320,9 +320,7 @@ fn pattern(graph: &Graph, structure: &Structure, values: Vec<[f64; 9]>) -> Block
             h.places.push((base + place) as u32);
         }
     }
-    if h.values.capacity() < h.rows.len() {
-        h.values = pages::room(h.rows.len());
-    }
+    pages::make_room(&mut h.values, h.rows.len());
     h.values.resize(h.rows.len(), [0.0; 9]);
     h
 }

@@ -9,9 +9,11 @@ pub(crate) fn zeros(length: usize) -> Vec<f64> {
     in_large_pages(vec![0.0; filling::<f64>(length)])
 }
 
-/// An empty vector with room for at least so many elements.
-pub(crate) fn room<T>(length: usize) -> Vec<T> {
-    in_large_pages(Vec::with_capacity(filling::<T>(length)))
+/// Room for at least so many elements; what is in the vector is kept only if there is room already.
+pub(crate) fn make_room<T>(memory: &mut Vec<T>, length: usize) {
+    if memory.capacity() < length {
+        *memory = in_large_pages(Vec::with_capacity(filling::<T>(length)));
+    }
 }
 
 /// How many elements fill large pages, if so many fill at least half of one, but for the allocator's own few bytes: a mapping
